@@ -1,0 +1,77 @@
+"""Progress on stderr, for anything that takes over two seconds.
+
+On a terminal a bar that redraws itself and vanishes; elsewhere one line, so that logs stay short.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from threading import Event, Thread
+from time import monotonic
+from types import TracebackType
+
+PATIENCE = 2.0
+"""Seconds before anything is shown."""
+REDRAW = 0.2
+"""Seconds between two drawings of the bar."""
+BAR = 24
+"""Width of the bar [characters]."""
+
+
+class Progress:
+    """Shows what is going on until the `with` block ends.
+
+    A thread draws, so loading and compiling show too, during which nobody calls us.
+    """
+
+    def __init__(self, write: Callable[[str], object] | None = None, terminal: bool | None = None) -> None:
+        self._write = write or _to_stderr
+        self._terminal = sys.stderr.isatty() if terminal is None else terminal
+        self._started = monotonic()
+        self._text, self._done, self._total = "", 0, 0
+        self._drawn = False
+        self._over = Event()
+        self._thread = Thread(target=self._draw_on, daemon=True)
+
+    def phase(self, text: str, total: int = 0) -> None:
+        """What happens now, and in how many steps if that is known."""
+        self._text, self._done, self._total = text, 0, total
+
+    def step(self) -> None:
+        """One of the steps is done."""
+        self._done += 1
+
+    def __enter__(self) -> Progress:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._over.set()
+        self._thread.join()
+        if self._drawn and self._terminal:
+            self._write("\r\x1b[K")
+
+    def _draw_on(self) -> None:
+        wait = PATIENCE
+        while not self._over.wait(wait):
+            wait = REDRAW
+            self._drawn = True
+            if not self._terminal:
+                self._write(f"ddgi: {self._text} ...\n")
+                return
+            self._write(f"\r\x1b[K{self._line()}")
+
+    def _line(self) -> str:
+        elapsed = f"{monotonic() - self._started:.0f} s"
+        if not self._total:
+            return f"{self._text} {elapsed}"
+        filled = BAR * self._done // self._total
+        return f"{self._text} [{'#' * filled:<{BAR}}] {self._done}/{self._total} {elapsed}"
+
+
+def _to_stderr(text: str) -> None:
+    sys.stderr.write(text)
+    sys.stderr.flush()

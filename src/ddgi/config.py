@@ -1,0 +1,150 @@
+"""Settings from outside: a preset, a TOML file and `stage.field=value` texts, checked.
+
+Inside the package settings are plain dataclasses that nobody checks again; this is the border.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from ddgi.constraints import accepts, documentation, optional
+from ddgi.errors import SettingsError
+from ddgi.settings import RenderSettings
+
+NOTHING = ("none", "auto")
+"""What stands for None, which TOML has no word for."""
+
+
+def load_settings(
+    preset: str = "default", config: str | Path | None = None, assignments: Iterable[str] = ()
+) -> RenderSettings:
+    """Settings from all their sources; later ones win: preset, file, assignments.
+
+    Args:
+        preset: Name of the preset to start from.
+        config: A TOML file, one table per stage.
+        assignments: Texts `stage.field=value`, the value in TOML; words need no quotes.
+
+    Raises:
+        SettingsError: A key is unknown or a value not allowed; names the field.
+    """
+    settings = RenderSettings.preset(preset)
+    if config is not None:
+        settings = override(settings, read_toml(config))
+    for text in assignments:
+        settings = override(settings, parse_assignment(text))
+    return settings
+
+
+def override(settings: Any, table: Mapping[str, Any], where: str = "") -> Any:
+    """Settings with the values of a nested table in place of their own.
+
+    Args:
+        settings: A settings dataclass; one inside another is a table inside the table.
+        table: Only what differs.
+        where: Dotted name of `settings` in messages, with a dot at the end.
+
+    Raises:
+        SettingsError: A key is unknown or a value not allowed; names the field.
+    """
+    hints = field_hints(type(settings))
+    changed = {}
+    for key, value in table.items():
+        if key not in hints:
+            raise SettingsError(f"unknown setting {where}{key}: {_suggestion(key, where, list(hints))}")
+        current = getattr(settings, key)
+        if is_dataclass(current):
+            if not isinstance(value, Mapping):
+                names = ", ".join(f"{where}{key}.{f.name}" for f in fields(current))
+                raise SettingsError(f"{where}{key} is a group: set one of {names}")
+            changed[key] = override(current, value, f"{where}{key}.")
+        else:
+            changed[key] = _checked(value, hints[key], where + key)
+    return replace(settings, **changed)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The content of a TOML file.
+
+    Raises:
+        SettingsError: It cannot be read or is not TOML; names the file.
+    """
+    try:
+        with open(path, "rb") as file:
+            return tomllib.load(file)
+    except OSError as error:
+        raise SettingsError(f"{path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path}: not valid TOML: {error}") from error
+
+
+def parse_assignment(text: str) -> dict[str, Any]:
+    """`stage.field=value` as a nested table.
+
+    Raises:
+        SettingsError: There is no "=" or no name in front of it.
+    """
+    name, equals, value = text.partition("=")
+    keys = [key.strip() for key in name.split(".")]
+    if not equals or not all(keys):
+        raise SettingsError(f"{text!r} does not read stage.field=value")
+    table: Any = _parse_value(value.strip())
+    for key in reversed(keys):
+        table = {key: table}
+    return table  # type: ignore[no-any-return]
+
+
+def _parse_value(text: str) -> Any:
+    """A TOML value; what is none, such as a bare word, is a text."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return parsed["value"] if len(parsed) == 1 else text
+
+
+@cache
+def field_hints(kind: type) -> dict[str, Any]:
+    """Annotations of a settings dataclass by field, constraints included."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {f.name: hints[f.name] for f in fields(kind)}
+
+
+def _checked(value: Any, hint: Any, name: str) -> Any:
+    """The value as its field holds it.
+
+    Raises:
+        SettingsError: It is of the wrong kind or out of range.
+    """
+    if optional(hint) and isinstance(value, str) and value in NOTHING:
+        return None
+    try:
+        return _adapter(hint).validate_python(_tuples(value), strict=True)
+    except ValidationError as error:
+        shown = value if not isinstance(value, (list, dict)) else str(value).replace("'", "")
+        raise SettingsError(f"{name}: must be {accepts(hint)}, not {shown!r} ({documentation(hint)})") from error
+
+
+@cache
+def _adapter(hint: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(hint, config=ConfigDict(allow_inf_nan=False))
+
+
+def _tuples(value: Any) -> Any:
+    """TOML's arrays as tuples, all the way down."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _suggestion(key: str, where: str, known: list[str]) -> str:
+    close = get_close_matches(key, known, n=1, cutoff=0.5)
+    if close:
+        return f"did you mean {where}{close[0]}?"
+    return f"{where.rstrip('.') or 'settings'} has {', '.join(known)}"

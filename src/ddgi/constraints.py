@@ -1,0 +1,81 @@
+"""What a setting accepts, in words: for error messages and for the comments of printed settings.
+
+Read from the annotations of the settings dataclasses, so code, check and text cannot disagree.
+"""
+
+from __future__ import annotations
+
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Interval, Le, Lt
+from typing_extensions import Doc
+
+NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
+
+
+def accepts(hint: Any) -> str:
+    """What values an annotation allows, as a noun phrase: "a whole number from 8 to 4096"."""
+    hint, extras = unwrap(hint)
+    origin, args = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        return "one of " + ", ".join(str(a) for a in args)
+    if origin in (Union, UnionType):
+        kinds = [accepts(a) for a in args if a is not NoneType]
+        return " or ".join([*kinds, "none"] if NoneType in args else kinds)
+    if origin is tuple:
+        return _several(args)
+    return _scalar(hint) + _range(extras)
+
+
+def optional(hint: Any) -> bool:
+    """Whether an annotation allows None."""
+    return NoneType in get_args(unwrap(hint)[0])
+
+
+def documentation(hint: Any) -> str:
+    """The text of the annotation's `Doc`."""
+    return next((e.documentation for e in unwrap(hint)[1] if isinstance(e, Doc)), "")
+
+
+def unwrap(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """The bare type of an annotation, and what `Annotated` adds to it."""
+    if get_origin(hint) is Annotated:
+        return hint.__origin__, hint.__metadata__
+    return hint, ()
+
+
+def _several(args: tuple[Any, ...]) -> str:
+    """A tuple: "[a, b]" if its members are tuples, else so many numbers."""
+    inner = unwrap(args[0])[0]
+    if get_origin(inner) is tuple:
+        return "[" + ", ".join(accepts(a) for a in args) + "]"
+    noun = accepts(args[0]).removeprefix("a ").replace("number", "numbers", 1)
+    return f"{NUMBERS.get(len(args), str(len(args)))} {noun}"
+
+
+def _scalar(kind: Any) -> str:
+    return {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}.get(kind, str(kind))
+
+
+def _range(extras: tuple[Any, ...]) -> str:
+    """The bounds among an annotation's extras, as words that follow a noun."""
+    low = high = above = below = None
+    for extra in extras:
+        if isinstance(extra, (Interval, Ge)):
+            low = extra.ge
+        if isinstance(extra, (Interval, Le)):
+            high = extra.le
+        if isinstance(extra, (Interval, Gt)):
+            above = extra.gt
+        if isinstance(extra, (Interval, Lt)):
+            below = extra.lt
+    if low is not None and high is not None:
+        return f" from {low:g} to {high:g}" if max(abs(low), abs(high)) < 1e5 else f" from {low} to {high}"
+    words = [
+        *([f"{low:g} or more"] if low is not None else []),
+        *([f"above {above:g}"] if above is not None else []),
+        *([f"{high:g} or less"] if high is not None else []),
+        *([f"below {below:g}"] if below is not None else []),
+    ]
+    return ", " + " and ".join(words) if words else ""

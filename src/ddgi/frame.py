@@ -1,0 +1,129 @@
+"""One frame, top to bottom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ddgi.backend import use_backend
+from ddgi.lighting.lights import Lights
+from ddgi.passes import picture as pictures
+from ddgi.passes.gbuffer import gbuffer
+from ddgi.passes.picture import Picture, accumulate
+from ddgi.passes.shade import shade
+from ddgi.probes.field import IrradianceField
+from ddgi.probes.update import update
+from ddgi.sampling import Clock, clock
+from ddgi.scene.camera import Camera
+from ddgi.scene.scene import Scene
+from ddgi.settings import RenderSettings
+from ddgi.trace.mesh import MeshTracer
+
+
+@dataclass
+class Frame:
+    """What one call of `render_frame` shows: the mean of the frames handed on to it."""
+
+    size: tuple[int, int]  # (width, height)
+    picture: Picture
+
+    @property
+    def image(self) -> mi.TensorXf:
+        """Radiance (H, W, 3), linear Rec.709 [W/(m^2 sr)]."""
+        return self._tensor(self.picture.radiance, 3)
+
+    @property
+    def layers(self) -> dict[str, mi.TensorXf]:
+        """The layers by name, (H, W, channels); empty unless `picture.layers` is set."""
+        return {name: self._tensor(x, pictures.CHANNELS[name]) for name, x in self.picture.layers.items()}
+
+    @property
+    def non_finite(self) -> int:
+        """Pixel values so far that were not numbers and are shown black."""
+        return int(self.picture.non_finite[0])
+
+    def numpy(self) -> np.ndarray:
+        """The image as a NumPy array, (H, W, 3) float32."""
+        return np.array(self.image)
+
+    def _tensor(self, x, channels: int) -> mi.TensorXf:
+        return mi.TensorXf(dr.ravel(x), (self.size[1], self.size[0], channels))
+
+
+def render_frame(
+    scene: Scene,
+    field: IrradianceField,
+    camera: Camera,
+    tick: int,
+    settings: RenderSettings,
+    previous: Frame | None = None,
+) -> tuple[IrradianceField, Frame]:
+    """Render one frame: advance the field by one update, then light the camera's pixels with it.
+
+    Args:
+        scene: What there is.
+        field: The field so far; not changed.
+        camera: Where the picture is taken from.
+        tick: Number of the frame; with `settings.seed` the only source of randomness.
+        settings: Constants of every stage. New values compile anew once.
+        previous: The frame before, while neither camera nor scene moves: pictures then average,
+            which smooths edges and noise. None starts afresh.
+
+    Returns:
+        The field after the update, and the frame.
+    """
+    use_backend()
+    time = clock(settings.seed, tick)
+    tracer = scene.tracer
+    field = _replay(advance(), tracer, scene.lights, field, time, settings)
+    before = pictures.empty(camera.size, settings.picture) if previous is None else previous.picture
+    picture = _replay(expose(), tracer, scene.lights, field, camera, time, settings, before)
+    return field, Frame(camera.size, picture)
+
+
+def _replay(frozen, *arguments):
+    """Call a frozen function; record it anew where Mitsuba objects have come or gone since.
+
+    Dr.Jit refuses to replay once its registry of shapes and emitters has changed, as it does
+    when another scene is loaded or dropped.
+    """
+    try:
+        return frozen(*arguments)
+    except RuntimeError as error:
+        if "registry" not in str(error):
+            raise
+        frozen.clear()
+        return frozen(*arguments)
+
+
+@cache
+def advance():
+    """The update of the field, recorded once and replayed."""
+    return dr.freeze(update)
+
+
+@cache
+def expose():
+    """The picture, recorded once and replayed."""
+    return dr.freeze(take_picture)
+
+
+def take_picture(
+    tracer: MeshTracer,
+    lights: Lights,
+    field: IrradianceField,
+    camera: Camera,
+    time: Clock,
+    s: RenderSettings,
+    previous: Picture,
+) -> Picture:
+    """Light what the camera sees, and add it to the picture so far."""
+    surface = gbuffer(tracer, camera, time, s.gbuffer)
+    shaded = shade(
+        tracer, lights, field, surface, tracer.materials.any_specular, time, s.direct, s.volume, s.query
+    )
+    return accumulate(previous, surface, shaded, s.picture)

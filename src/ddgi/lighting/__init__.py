@@ -1,0 +1,1 @@
+"""Light leaving a surface, from the lights alone."""

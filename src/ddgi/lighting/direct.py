@@ -1,0 +1,141 @@
+"""Direct light: what surfaces reflect of the lights, from the lights alone.
+
+Point, spot and directional lights are exact. Area lights and the environment are either sampled
+here, or left to the field; then the probes' rays that hit them carry their radiance instead, so
+the energy is the same either way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import drjit as dr
+import mitsuba as mi
+from annotated_types import Interval
+from typing_extensions import Doc
+
+from ddgi.extrema import at_least, largest
+from ddgi.lighting import brdf
+from ddgi.lighting.lights import (
+    Lights,
+    LightSample,
+    area_light,
+    delta_light,
+    environment_light,
+)
+from ddgi.sampling import Clock, low_discrepancy_2d
+from ddgi.trace.surface import Surface, offset_origin
+from ddgi.trace.tracer import Tracer
+
+Source = Literal["sampled", "field"]
+
+UNROLLED_LIGHTS = 4
+"""Up to this many delta lights each have their own code; more are looped over."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Where direct light comes from."""
+
+    area: Annotated[Source, Doc("area lights: sampled with shadow rays, or left to the probes")] = "sampled"
+    environment: Annotated[Source, Doc("the environment: sampled with shadow rays, or left to the probes")] = "field"
+    camera_samples: Annotated[int, Interval(ge=1, le=256), Doc("shadow rays per pixel and frame to sampled lights of each kind")] = 1
+    probe_samples: Annotated[int, Interval(ge=1, le=64), Doc("shadow rays per probe hit to sampled lights of each kind")] = 1
+
+
+@dataclass
+class Reflected:
+    """Direct light that leaves N surfaces towards the viewer, by lobe [W/(m^2 sr)]."""
+
+    irradiance: mi.Color3f  # (N,) irradiance E [W/m^2] on the surface
+    specular: mi.Color3f    # (N,) radiance reflected by the GGX lobe
+
+
+def direct_light(
+    tracer: Tracer,
+    lights: Lights,
+    surface: Surface,
+    s: Settings,
+    *,
+    time: Clock,
+    stream: int,
+    samples: int,
+    specular: bool,
+) -> Reflected:
+    """Light that reaches surfaces straight from the lights.
+
+    Args:
+        tracer: Answers the shadow rays.
+        lights: All lights of the scene.
+        surface: (N,) where the light arrives.
+        s: Which lights are sampled.
+        time: Random source.
+        stream: Which stream of it (`ddgi.sampling`).
+        samples: Shadow rays per point to each kind of sampled light.
+        specular: Evaluate the GGX lobe too.
+    """
+    out = Reflected(mi.Color3f(0), mi.Color3f(0))
+    out = _add_delta_lights(out, tracer, lights, surface, specular)
+    sampled = []
+    if s.area == "sampled" and lights.area_count:
+        sampled.append(_area_sample)
+    if s.environment == "sampled" and lights.environment is not None:
+        sampled.append(_environment_sample)
+    lane = dr.arange(mi.UInt32, dr.width(surface.distance))
+    for kind, draw in enumerate(sampled):
+        for number in range(samples):
+            # Points of one low-discrepancy sequence over the samples of a frame and over frames.
+            sequence = time.tick * samples + number
+            point = low_discrepancy_2d(time, stream, lane * 2 + kind, sequence)
+            light = draw(lights, surface, point, lane + sequence)
+            light.power *= 1 / samples
+            out = _add(out, tracer, surface, light, specular)
+    return out
+
+
+def _add_delta_lights(out, tracer, lights, surface, specular) -> Reflected:
+    count = lights.delta.count
+    if count <= UNROLLED_LIGHTS:
+        for number in range(count):
+            light = delta_light(lights.delta, mi.UInt32(number), surface.position)
+            out = _add(out, tracer, surface, light, specular)
+        return out
+
+    def body(number, irradiance, radiance):
+        light = delta_light(lights.delta, number, surface.position)
+        got = _add(Reflected(irradiance, radiance), tracer, surface, light, specular)
+        return number + 1, got.irradiance, got.specular
+
+    width = dr.width(surface.distance)
+    start = (mi.UInt32(0), dr.zeros(mi.Color3f, width), dr.zeros(mi.Color3f, width))
+    _, irradiance, radiance = dr.while_loop(start, lambda number, *_: number < count, body, label="delta lights")
+    return Reflected(irradiance, radiance)
+
+
+def _area_sample(lights: Lights, surface: Surface, point, turn) -> LightSample:
+    """One point on one emitter; points take the emitters in turn, so each gets its share."""
+    number = turn % lights.area_count
+    light = area_light(lights, number, surface.position, point, surface.lit)
+    light.power *= lights.area_count
+    return light
+
+
+def _environment_sample(lights: Lights, surface: Surface, point, turn) -> LightSample:
+    return environment_light(lights, surface.position, point, surface.lit)
+
+
+def _add(out: Reflected, tracer, surface: Surface, light: LightSample, specular: bool) -> Reflected:
+    """Add one light sample, if nothing stands in its way."""
+    cosine = dr.dot(mi.Vector3f(surface.normal), light.direction)
+    # A bumped normal may see a light that the surface itself turns away from.
+    outside = dr.dot(mi.Vector3f(surface.geometric_normal), light.direction) > 0
+    active = surface.lit & (cosine > 0) & outside & (largest(light.power) > 0)
+    origin = offset_origin(surface.position, surface.geometric_normal, light.direction)
+    shadow_end = light.distance * (1 - 1e-3)
+    visible = tracer.visible(origin, light.direction, shadow_end, active)
+    arriving = light.power * (at_least(cosine, 0) * visible)
+    lobe = out.specular
+    if specular:
+        lobe = lobe + dr.select(active, brdf.ggx(surface, light.direction) * arriving, mi.Color3f(0))
+    return Reflected(out.irradiance + arriving, lobe)

@@ -1,0 +1,1 @@
+"""From the field and the scene to a picture."""

@@ -1,0 +1,45 @@
+"""Primary visibility: what each pixel of the camera sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import drjit as dr
+import mitsuba as mi
+from typing_extensions import Doc
+
+from ddgi import sampling
+from ddgi.sampling import Clock
+from ddgi.scene.camera import Camera
+from ddgi.trace.surface import Surface
+from ddgi.trace.tracer import Tracer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How pixels are sampled."""
+
+    antialias: Annotated[bool, Doc("move the sample within the pixel from frame to frame; frames then average to a box filter")] = True
+
+
+def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface:
+    """The surface behind each pixel, row by row from the top left. (W H,) lanes."""
+    width, height = camera.size
+    pixel = dr.arange(mi.UInt32, width * height)
+    row = pixel // width
+    # All pixels share one offset per frame: neighbouring rays stay alike.
+    within = mi.Point2f(0.5)
+    if s.antialias:
+        within = sampling.low_discrepancy_2d(time, sampling.PIXEL, mi.UInt32(0), time.tick)
+    x = (mi.Float(pixel - row * width) + within.x) * (2 / width) - 1
+    y = 1 - (mi.Float(row) + within.y) * (2 / height)
+    aside = x * camera.right + y * camera.up
+    if camera.orthographic:
+        origin, direction = camera.position + aside + camera.near * camera.forward, camera.forward + aside * 0
+    else:
+        reach = camera.forward + aside
+        origin, direction = camera.position + camera.near * reach, dr.normalize(reach)
+    return tracer.intersect(
+        origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
+    )

@@ -1,0 +1,55 @@
+"""Settings as TOML to read and edit: each field with what it means and what it accepts."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from inspect import getdoc
+from typing import Any
+
+import tomlkit
+
+from ddgi.config import NOTHING, field_hints
+from ddgi.constraints import accepts, documentation
+from ddgi.settings import RenderSettings
+
+SUMMARIES = {
+    "default": "ours: whatever measures best",
+    "scale": "Majercik et al. 2021, Scaling Probe-Based Real-Time Dynamic Global Illumination",
+    "blog": "McGuire 2019, the web articles on dynamic diffuse global illumination",
+    "ctu": "the thesis at CTU Prague",
+    "mff": "the thesis at MFF, Charles University: full paths per probe ray",
+    "classic": "irradiance probes without visibility, what DDGI improves on",
+}
+"""A line for each preset."""
+
+
+def to_toml(settings: RenderSettings) -> str:
+    """Settings as TOML that `ddgi.config` reads back to the same value."""
+    document = tomlkit.document()
+    _add_fields(document, settings)
+    return tomlkit.dumps(document)
+
+
+def _add_fields(container: Any, settings: Any) -> None:
+    """Put every field of a settings dataclass into a TOML table, groups as tables of their own."""
+    for field, (name, hint) in zip(fields(settings), field_hints(type(settings)).items(), strict=True):
+        value = getattr(settings, name)
+        if is_dataclass(value):
+            table = tomlkit.table()
+            table.comment(_one_line(getdoc(value)))
+            _add_fields(table, value)
+            container.add(name, table)
+            continue
+        container.add(tomlkit.comment(f"{documentation(hint)}; {accepts(hint)}, default {_plain(field.default)}"))
+        container.add(name, _plain(value))
+
+
+def _plain(value: Any) -> Any:
+    """A value as TOML has it."""
+    if value is None:
+        return NOTHING[0]
+    return [_plain(v) for v in value] if isinstance(value, tuple) else value
+
+
+def _one_line(text: str | None) -> str:
+    return " ".join((text or "").split())

@@ -1,0 +1,1 @@
+"""The probe field: grids, maps, rays, blending and the query."""

@@ -1,0 +1,85 @@
+"""The irradiance field: all volumes, and the light anywhere in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ddgi.backend import use_backend
+from ddgi.probes import formats, grid, query, volume
+from ddgi.probes.volume import ProbeVolume
+
+if TYPE_CHECKING:
+    from ddgi.scene.scene import Scene
+    from ddgi.settings import RenderSettings
+
+
+@dataclass
+class IrradianceField:
+    """The probe field: state that `render_frame` advances."""
+
+    volumes: list[ProbeVolume]  # one; fine to coarse when there are several
+    non_finite: mi.UInt32       # (1,) rays so far whose light was not a number
+
+    @staticmethod
+    def fit(scene: Scene, settings: RenderSettings) -> IrradianceField:
+        """An empty field over a scene's box of interest.
+
+        Raises:
+            SettingsError: The volume is impossible, or needs more memory than `grid.memory_limit`.
+        """
+        use_backend()
+        layout = grid.fit(scene.box, settings.grid)
+        vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
+        return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
+
+    @property
+    def probes(self) -> int:
+        """Number of probes in all volumes."""
+        return sum(v.grid.size for v in self.volumes)
+
+    def reset(self) -> IrradianceField:
+        """The same field warming up again: after a change too large for hysteresis to follow.
+
+        Old light stays visible until the first update replaces it.
+        """
+        return replace(self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0)) for v in self.volumes])
+
+
+def irradiance(
+    field: IrradianceField,
+    position: mi.Point3f,
+    normal: mi.Vector3f,
+    to_viewer: mi.Vector3f,
+    active: mi.Bool,
+    layout: volume.Settings,
+    s: query.Settings,
+) -> mi.Color3f:
+    """Irradiance E [W/m^2] at oriented points; see `query.irradiance`."""
+    return query.irradiance(field.volumes[0], position, normal, to_viewer, active, layout, s)
+
+
+def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
+    """The irradiance maps as an array, for notebooks: (P, n, n, 3) irradiance E [W/m^2], no borders."""
+    size = settings.volume.irradiance_size
+    fmt = formats.IRRADIANCE[settings.volume.irradiance_format]
+    stored = _texels(field.volumes[0].irradiance, fmt, size)
+    return np.pi * stored ** (1 / query.lookup_exponent(settings.query))
+
+
+def distance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
+    """The distance maps as an array: (P, n, n, 2) mean distance [m] and mean square [m^2], no borders."""
+    vol, size = field.volumes[0], settings.volume.distance_size
+    stored = _texels(vol.distance, formats.DISTANCE[settings.volume.distance_format], size)
+    reach = float(vol.reach(settings.volume)[0])
+    return stored * np.array([reach, reach * reach], np.float32)
+
+
+def _texels(store, fmt: formats.Format, size: int) -> np.ndarray:
+    count = dr.width(store) // len(fmt.packet())
+    value = formats.read(fmt, store, dr.arange(mi.UInt32, count), mi.Bool(True))
+    return np.array(value).T.reshape(-1, size + 2, size + 2, len(value))[:, 1:-1, 1:-1]

@@ -1,0 +1,46 @@
+"""The rays of one update: every probe looks in the same directions.
+
+Lanes are laid out ray-major, (rays, probes): neighbouring lanes are neighbouring probes that look
+the same way, which a packet tracer likes, and which makes blending a matrix product.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import drjit as dr
+import mitsuba as mi
+from annotated_types import Interval
+from typing_extensions import Doc
+
+from ddgi.probes.directions import frame_directions
+from ddgi.probes.grid import ProbeGrid
+from ddgi.sampling import Clock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How probes look around."""
+
+    per_probe: Annotated[int, Interval(ge=8, le=4096), Doc("rays per probe and update")] = 128
+
+
+@dataclass
+class ProbeRays:
+    """R rays from each of P probes; lane = ray * P + probe."""
+
+    count: int                # R
+    directions: mi.Vector3f   # (R,) unit
+    origin: mi.Point3f        # (R P,) [m]
+    direction: mi.Vector3f    # (R P,) unit
+
+
+def spawn(layout: ProbeGrid, time: Clock, s: Settings) -> ProbeRays:
+    """This frame's rays: a Fibonacci set under one random rotation (SCALE 2.3)."""
+    directions = frame_directions(s.per_probe, time)
+    table = dr.ravel(directions)  # in memory: every ray reads one of these few
+    lane = dr.arange(mi.UInt32, s.per_probe * layout.size)
+    ray = lane // layout.size
+    origin = layout.position(lane - ray * layout.size)
+    return ProbeRays(s.per_probe, directions, origin, dr.gather(mi.Vector3f, table, ray))

@@ -1,0 +1,76 @@
+"""One probe volume: a grid and the two octahedral maps of each of its probes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import drjit as dr
+import mitsuba as mi
+from annotated_types import Gt, Interval
+from typing_extensions import Doc
+
+from ddgi.errors import SettingsError
+from ddgi.probes import formats
+from ddgi.probes.grid import ProbeGrid
+
+IrradianceFormat = Literal["float32", "float16", "rgbe8", "r11g11b10"]
+DistanceFormat = Literal["float32", "float16", "unorm8"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What a probe stores."""
+
+    irradiance_size: Annotated[int, Interval(ge=2, le=64), Doc("interior texels per side of the irradiance map (SCALE 3)")] = 8
+    distance_size: Annotated[int, Interval(ge=2, le=64), Doc("interior texels per side of the distance map (SCALE 3)")] = 16
+    irradiance_format: Annotated[IrradianceFormat, Doc("texel format of the irradiance map")] = "float32"
+    distance_format: Annotated[DistanceFormat, Doc("texel format of the distance map")] = "float32"
+    longest_distance: Annotated[
+        float, Gt(0), Doc("distances that matter end here, in cell diagonals: one, and half of another that a moved probe may add (MFF 3.3.2)")
+    ] = 1.5
+
+
+@dataclass
+class ProbeVolume:
+    """State of one grid of P probes. Maps are flat: probe by probe, row by row, border included."""
+
+    grid: ProbeGrid
+    irradiance: Any    # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
+    distance: Any      # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
+    age: mi.UInt32     # (1,) updates since the maps were empty
+
+    def reach(self, s: Settings) -> mi.Float:
+        """The longest distance kept [m], (1,): the unit of the distance map."""
+        return self.grid.diagonal * s.longest_distance
+
+
+def bytes_per_probe(s: Settings) -> int:
+    """Persistent bytes of one probe: both maps with their borders (MFF eq. 4.1)."""
+    irradiance = (s.irradiance_size + 2) ** 2 * formats.IRRADIANCE[s.irradiance_format].bytes
+    return irradiance + (s.distance_size + 2) ** 2 * formats.DISTANCE[s.distance_format].bytes
+
+
+def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: float) -> ProbeVolume:
+    """An empty volume over a grid.
+
+    Raises:
+        SettingsError: Maps and the rays of one update need more memory than the budget.
+    """
+    # A ray carries radiance, distance moments, its origin and hit while it is shaded: about 100 bytes.
+    need = layout.size * (bytes_per_probe(s) * 2 + rays_per_probe * 100) / 1e6
+    if need > budget_mb:
+        raise SettingsError(
+            f"a volume of {'x'.join(map(str, layout.counts))} probes needs about {need:,.0f} MB, the budget is "
+            f"{budget_mb:,.0f} MB: use fewer probes (grid.counts, grid.spacing) or raise grid.memory_limit"
+        )
+    if layout.size * (s.distance_size + 2) ** 2 >= 2**30 or layout.size * rays_per_probe >= 2**31:
+        raise SettingsError(f"a volume of {layout.size:,} probes has more texels or rays than 32-bit numbers reach")
+    return ProbeVolume(
+        layout,
+        formats.allocate(formats.IRRADIANCE[s.irradiance_format], layout.size * (s.irradiance_size + 2) ** 2),
+        formats.allocate(formats.DISTANCE[s.distance_format], layout.size * (s.distance_size + 2) ** 2),
+        dr.opaque(mi.UInt32, 0),
+    )
+
+

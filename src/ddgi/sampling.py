@@ -1,0 +1,47 @@
+"""Random numbers as a pure function of (seed, tick, stream, index): nothing to store or advance.
+
+The same seed and tick give the same numbers on every run, and streams never share any, so a
+picture is reproducible and two uses of randomness stay independent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+# One stream per use of randomness.
+ROTATION, PROBE_LIGHT, PROBE_ALPHA, PROBE_TAP, PROBE_PATH, PIXEL, PIXEL_LIGHT, PIXEL_ALPHA, ROUNDING = range(9)
+_STREAMS = 64
+
+@dataclass
+class Clock:
+    """Which frame of which run: the only source of randomness in a frame."""
+
+    seed: mi.UInt32  # (1,)
+    tick: mi.UInt32  # (1,)
+
+
+def clock(seed: int, tick: int) -> Clock:
+    """Clock of one frame; opaque, so that advancing it never compiles anything anew."""
+    return Clock(dr.opaque(mi.UInt32, seed & 0xFFFFFFFF), dr.opaque(mi.UInt32, tick & 0xFFFFFFFF))
+
+
+def uniform_2d(time: Clock, stream: int, index: mi.UInt32) -> mi.Point2f:
+    """Two uniform numbers in [0, 1) for each index. index: (N,); result: (N,)."""
+    key = (time.seed * 0x9E3779B1) ^ (time.tick * _STREAMS + stream)
+    a, b = mi.sample_tea_32(index, key)
+    scale = 2.0**-24  # 24 bits fill a float's mantissa and keep the result below one
+    return mi.Point2f(mi.Float(a >> 8) * scale, mi.Float(b >> 8) * scale)
+
+
+def low_discrepancy_2d(time: Clock, stream: int, index: mi.UInt32, sample: mi.UInt32) -> mi.Point2f:
+    """Point number `sample` of a Sobol (0, 2)-sequence, scrambled at random per index but not per tick.
+
+    Successive samples of one index fill the square evenly, so the mean over frames converges
+    faster than with independent numbers.
+    """
+    key = (time.seed * 0x9E3779B1) ^ stream
+    a, b = mi.sample_tea_32(index, key)
+    return mi.Point2f(mi.radical_inverse_2(sample, a), mi.sobol_2(sample, b))

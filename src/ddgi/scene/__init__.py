@@ -1,0 +1,1 @@
+"""What there is: scenes, cameras and their files."""

@@ -1,0 +1,100 @@
+"""A picture that covers a surface, on its way from a texture plugin to the scene's texture buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import mitsuba as mi
+import numpy as np
+import numpy.typing as npt
+
+from ddgi.trace.materials import NO_TEXTURE, Textures
+from ddgi.trace.textures import CLAMP, MIRROR, REPEAT
+
+WRAP = {"repeat": REPEAT, "clamp": CLAMP, "mirror": MIRROR}
+HALF_MAX = 65504.0
+LUMINANCE = np.array([0.212671, 0.715160, 0.072169], np.float32)
+"""Of linear Rec.709, with the digits that Mitsuba uses."""
+IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """Linear RGBA texels; the first row lies at v = 0."""
+
+    texels: npt.NDArray[np.float16]  # (height, width, 4)
+    wrap: int = REPEAT
+    nearest: bool = False
+    to_uv: tuple[Sequence[float], Sequence[float]] = IDENTITY  # two rows of three: u', v' from (u, v, 1)
+
+    @classmethod
+    def from_array(cls, values: np.ndarray, **keywords) -> Image:
+        """From (H, W, C) linear values: C = 1 is grey; 2 grey and alpha; 3 RGB; 4 RGBA."""
+        height, width, channels = values.shape
+        texels = np.ones((height, width, 4), np.float16)
+        texels[..., :3] = np.minimum(values[..., :1] if channels < 3 else values[..., :3], HALF_MAX)
+        if channels in (2, 4):
+            texels[..., 3] = values[..., -1]
+        return cls(texels, **keywords)
+
+    @cached_property
+    def mean(self) -> npt.NDArray[np.float64]:
+        """(3,) mean colour."""
+        return self.texels[..., :3].mean((0, 1), dtype=np.float32).astype(np.float64)
+
+    def tinted(self, color: npt.ArrayLike) -> Image:
+        """Every texel times an RGB colour."""
+        values = self.texels.astype(np.float32)
+        values[..., :3] = np.minimum(values[..., :3] * np.asarray(color, np.float32), HALF_MAX)
+        return replace(self, texels=values.astype(np.float16))
+
+    def grey(self) -> Image:
+        """Luminance in every channel."""
+        values = self.texels.astype(np.float32)
+        values[..., :3] = (values[..., :3] @ LUMINANCE)[..., None]
+        return replace(self, texels=values.astype(np.float16))
+
+    def clamped(self) -> Image:
+        """Colours limited to [0, 1], as reflectances must be."""
+        return replace(self, texels=np.clip(self.texels, 0, 1))
+
+
+class Pack:
+    """Collects images and gives each its number; the same image is stored once."""
+
+    def __init__(self) -> None:
+        self._images: list[Image] = []
+        self._numbers: dict[int, int] = {}
+
+    def add(self, image: Image | None) -> int:
+        """Number of an image; NO_TEXTURE for None."""
+        if image is None:
+            return NO_TEXTURE
+        if id(image) not in self._numbers:
+            self._numbers[id(image)] = len(self._images)
+            self._images.append(image)
+        return self._numbers[id(image)]
+
+    def textures(self) -> Textures | None:
+        """Everything in one buffer; None without any image. Images that share texels share them here too."""
+        if not self._images:
+            return None
+        first: dict[int, int] = {}
+        parts, size = [], 0
+        for image in self._images:
+            if id(image.texels) not in first:
+                first[id(image.texels)] = size
+                parts.append(image.texels.reshape(-1))
+                size += image.texels.shape[0] * image.texels.shape[1]
+
+        return Textures(
+            texels=mi.Float16(np.concatenate(parts)),
+            offset=mi.UInt32(list(first[id(i.texels)] for i in self._images)),
+            width=mi.UInt32(list(i.texels.shape[1] for i in self._images)),
+            height=mi.UInt32(list(i.texels.shape[0] for i in self._images)),
+            wrap=mi.UInt32(list(i.wrap for i in self._images)),
+            nearest=mi.Bool(list(i.nearest for i in self._images)),
+            to_uv=mi.Float(list(x for i in self._images for row in i.to_uv for x in (*row, 0.0))),
+        )

@@ -1,0 +1,37 @@
+"""Scenes built by code, so that examples, tests and measurements need no download.
+
+Listing them is cheap: the builders, and with them NumPy and Mitsuba, are imported when one is built.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from ddgi.scene.library.blueprint import Blueprint, BuiltIn
+
+__all__ = ["BUILT_IN", "Blueprint", "BuiltIn"]
+
+
+def _built_in(name: str, module: str, summary: str) -> BuiltIn:
+    """A built-in scene whose builder is the function of that name in `module` (dashes become underscores), imported on the first call."""
+
+    def build(**parameters: object) -> Blueprint:
+        builder = getattr(import_module(f"{__name__}.{module}"), name.replace("-", "_"))
+        blueprint: Blueprint = builder(**parameters)
+        return blueprint
+
+    return BuiltIn(name, summary, build)
+
+
+BUILT_IN: dict[str, BuiltIn] = {
+    scene.name: scene
+    for scene in (
+        _built_in("cornell", "cornell", "Cornell box with its area light"),
+        _built_in("cornell-point", "cornell", "Cornell box lit by one point light"),
+        _built_in("furnace", "furnace", "closed glowing box: radiance is 1 everywhere, exactly"),
+        _built_in("house", "house", "house in the sun: one room open, one sealed and black (leak test)"),
+        _built_in("two-rooms", "two_rooms", "two rooms and a doorway, a lamp in only one of them"),
+        _built_in("courtyard", "courtyard", "arcaded court with curtains in the sun, over 200,000 triangles"),
+    )
+}
+"""Every built-in scene by name."""

@@ -1,0 +1,127 @@
+"""Where a scene comes from: a built-in name, a Mitsuba file or a Mitsuba dictionary."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ddgi.backend import use_backend
+from ddgi.errors import SceneError
+from ddgi.scene.camera import Camera, with_size
+from ddgi.scene.daylight import AddedLights
+from ddgi.scene.scene import Scene
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def load_scene(
+    source: str | Path | dict[str, Any],
+    *,
+    camera: str | int | Camera | None = None,
+    size: tuple[int, int] | None = None,
+    up: str | Sequence[float] | None = None,
+    sun: tuple[float, float, float] | None = None,
+    sky: str | Sequence[float] | None = None,
+    env: str | Path | None = None,
+    lights: Sequence[dict[str, Any]] = (),
+) -> Scene:
+    """Load a scene.
+
+    Args:
+        source: The name of a built-in scene, the path of a Mitsuba `.xml`, or a dictionary as for
+            `mi.load_dict`.
+        camera: Name or number of the scene's camera to look through, or a camera of your own; by
+            default the scene's first.
+        size: (width, height) of pictures [pixels]; by default what the camera says.
+        up: "x", "y", "z", with a minus sign to turn it around, or a vector; by default +y for
+            built-in scenes and the axis nearest the camera's up for others.
+        sun: Parallel light to add: azimuth and elevation [degrees], and irradiance facing it
+            [W/m^2]. Azimuth runs from +z to +x where +y is up (`daylight.horizontal_axes`).
+        sky: "sunsky" for a clear sky, with its own sun unless `sun` is given; or the RGB radiance
+            [W/(m^2 sr)] of an even one. Takes the place of the scene's environment.
+        env: An `.hdr` or `.exr` picture of the surroundings, latitude by longitude; likewise.
+        lights: Point, spot and directional lights to add, each a dictionary as for `mi.load_dict`.
+
+    Returns:
+        The scene. A scene without any light gets a clear sky with its sun, and a note that says so.
+
+    Raises:
+        SceneError: The source does not exist or cannot be used; one line that names the element.
+        BackendError: Nothing here can compute.
+        SettingsError: The picture size is not positive.
+    """
+    use_backend()
+    from ddgi.scene.mitsuba_scene import import_scene
+    from ddgi.scene.plugin_tree import PluginTree, searching
+
+    added = AddedLights(sun, sky, env, tuple(lights))
+    axis = None if up is None else _direction(up)
+    if isinstance(source, dict):
+        scene = import_scene(PluginTree.parse(source), "scene", added=added, up=axis)
+    elif (path := _file(source)) is None:
+        scene = _built_in(str(source), added, axis)
+    else:
+        with searching(path.parent):
+            scene = import_scene(PluginTree.parse(path), _name(path), added=added, up=axis)
+    if isinstance(camera, Camera):
+        scene = replace(scene, cameras=(camera, *scene.cameras))
+    elif camera is not None:
+        scene = scene.select_camera(camera)
+    if size is not None:
+        scene = replace(scene, cameras=tuple(with_size(c, size) for c in scene.cameras))
+    # What the import left behind must not go away later: a change in Mitsuba's registry of objects
+    # makes Dr.Jit record every frozen function anew.
+    gc.collect()
+    return scene
+
+
+def _built_in(name: str, added: AddedLights, up: np.ndarray | None) -> Scene:
+    from ddgi.scene.library import BUILT_IN
+    from ddgi.scene.mitsuba_scene import import_scene
+    from ddgi.scene.plugin_tree import PluginTree
+
+    if name not in BUILT_IN:
+        raise SceneError(f"no scene {name!r}: give a .xml file or one of {', '.join(sorted(BUILT_IN))}")
+    blueprint = BUILT_IN[name].build()
+    up = np.array(AXES["y"]) if up is None else up
+    return import_scene(PluginTree.parse(blueprint.description), name, added=added, up=up, box=blueprint.box)
+
+
+def _file(source: str | Path) -> Path | None:
+    """The file that `source` means; None if it is a bare name."""
+    path = Path(source)
+    bare = isinstance(source, str) and path.name == source and not path.suffix
+    if bare and not path.exists():
+        return None
+    if path.is_dir():
+        raise SceneError(f"{path} is a folder: give the scene file in it")
+    if not path.exists():
+        raise SceneError(f"{path}: file not found")
+    if path.suffix.lower() != ".xml":
+        raise SceneError(f"{path}: unknown kind of scene file {path.suffix!r}, expected .xml")
+    if path.stat().st_size == 0:
+        raise SceneError(f"{path}: the file is empty")
+    return path
+
+
+def _name(path: Path) -> str:
+    """A file's name, or its folder's where the file is called "scene" like all of them."""
+    return path.resolve().parent.name if path.stem.startswith("scene") else path.stem
+
+
+def _direction(up: str | Sequence[float]) -> np.ndarray:
+    """(3,) unit vector."""
+    if isinstance(up, str):
+        sign, name = (-1.0 if up.startswith("-") else 1.0), up.lstrip("+-")
+        if name not in AXES:
+            raise SceneError(f"up must be x, y or z, with a sign if you like, not {up!r}")
+        return sign * np.array(AXES[name])
+    vector = np.asarray(up, np.float64)
+    if vector.shape != (3,) or not np.isfinite(vector).all() or not np.linalg.norm(vector) > 0:
+        raise SceneError(f"up must be three numbers, not all zero, not {up}")
+    return vector / np.linalg.norm(vector)

@@ -1,0 +1,297 @@
+"""BSDFs to rows of the material table: one metallic-roughness model for all.
+
+Each rule reads the built BSDF and not its description, so that materials made by a caller count as
+well as those of a file. What has no rule is measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ddgi.scene.image import Image, Pack
+from ddgi.scene.notes import Notes
+from ddgi.scene.plugin_parts import parts
+from ddgi.scene.reflectance import hemispherical_reflectance
+from ddgi.scene.textures import TextureReader, Value
+from ddgi.trace.materials import NO_TEXTURE, Materials
+
+SMOOTH_ALPHA = 0.05
+"""GGX alpha of perfectly smooth materials: small, yet a lamp's highlight still covers pixels."""
+BLACK = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One material. Units and ranges as in `ddgi.trace.materials.Materials`."""
+
+    base: Value
+    metallic: float = 0.0
+    alpha: float = 1.0
+    specular: float = 0.0
+    opacity: float | Image = 1.0
+    double_sided: bool = False
+    emission: Value | None = None
+
+    @property
+    def clear(self) -> bool:
+        """Rays pass it everywhere, as if it were not there."""
+        return not isinstance(self.opacity, Image) and self.opacity <= 0.0
+
+
+class MaterialReader:
+    """Turns BSDFs into rows, each BSDF once."""
+
+    def __init__(self, textures: TextureReader, notes: Notes) -> None:
+        self._textures = textures
+        self._notes = notes
+        self._rows: dict[int, tuple[mi.BSDF, Row]] = {}  # the BSDF too: ids of lost objects return
+        self._shape: mi.Shape | None = None
+        self._rules: dict[str, Callable[[mi.BSDF], Row]] = {
+            "SmoothDiffuse": self._diffuse,
+            "TwoSidedBRDF": self._two_sided,
+            "SmoothPlastic": self._plastic,
+            "RoughPlastic": self._plastic,
+            "Principled": self._principled,
+            "PrincipledThin": self._principled_thin,
+            "SmoothConductor": self._conductor,
+            "RoughConductor": self._conductor,
+            "MaskBSDF": self._mask,
+            "BlendBSDF": self._blend,
+            "SmoothDielectric": self._dielectric,
+            "ThinDielectric": self._dielectric,
+            "RoughDielectric": self._dielectric,
+            "Null": self._dielectric,
+            "NormalMap": self._bumpy,
+            "BumpMap": self._bumpy,
+        }
+
+    def row(self, shape: mi.Shape) -> Row:
+        """The shape's material, without emission.
+
+        Raises:
+            SceneError: A texture holds NaN, infinite or negative values.
+        """
+        bsdf = shape.bsdf()
+        if id(bsdf) in self._rows:
+            return self._rows[id(bsdf)][1]
+        self._shape, self._textures.met_attribute = shape, False
+        row = self._read(bsdf)
+        if not self._textures.met_attribute:  # vertex colours differ between shapes
+            self._rows[id(bsdf)] = bsdf, row
+        return row
+
+    def _read(self, bsdf: mi.BSDF) -> Row:
+        row = self._rules.get(bsdf.class_name(), self._measured)(bsdf)
+        if not isinstance(row.base, Image):
+            return replace(row, base=np.clip(row.base, 0, 1))
+        # An image within its range stays the same object, so that it is packed once.
+        return replace(row, base=row.base.clamped()) if row.base.texels[..., :3].max() > 1 else row
+
+    def _color(self, bsdf: mi.BSDF, name: str) -> Value:
+        return self._textures.read(parts(bsdf)[name], self._shape)
+
+    def _number(self, bsdf: mi.BSDF, name: str, default: float = 0.0) -> float:
+        """A scalar parameter, be it a number or a texture (then its mean)."""
+        texture = parts(bsdf).get(name)
+        if texture is not None:
+            return self._textures.number(texture, self._shape)
+        parameters = mi.traverse(bsdf)
+        return float(np.array(parameters[name]).ravel()[0]) if name in parameters else default
+
+    # One rule per plugin ----------------------------------------------------------------------------
+
+    def _diffuse(self, bsdf: mi.BSDF) -> Row:
+        return Row(self._color(bsdf, "reflectance"))
+
+    def _two_sided(self, bsdf: mi.BSDF) -> Row:
+        nested = parts(bsdf)
+        if nested["brdf_0"] is not nested.get("brdf_1", nested["brdf_0"]):
+            self._notes.add("twosided with two materials: the front's is used on both sides")
+        return replace(self._read(nested["brdf_0"]), double_sided=True)
+
+    def _plastic(self, bsdf: mi.BSDF) -> Row:
+        rough = bsdf.class_name() == "RoughPlastic"
+        alpha = self._number(bsdf, "alpha", 0.1) if rough else SMOOTH_ALPHA
+        return Row(
+            self._color(bsdf, "diffuse_reflectance"),
+            alpha=_alpha(alpha),
+            specular=_normal_reflectance(self._number(bsdf, "eta", 1.49)),
+        )
+
+    def _principled(self, bsdf: mi.BSDF) -> Row:
+        eta = self._number(bsdf, "eta", 0.0)
+        specular = _normal_reflectance(eta) if eta else 0.08 * self._number(bsdf, "specular", 0.5)
+        metallic = min(max(self._number(bsdf, "metallic"), 0.0), 1.0)
+        through = min(max(self._number(bsdf, "spec_trans"), 0.0), 1.0)
+        return Row(
+            _tinted(self._color(bsdf, "base_color"), 1 - through),
+            metallic=metallic,
+            alpha=_alpha(self._number(bsdf, "roughness", 0.5) ** 2),
+            specular=min(specular, 1.0),
+            # Pure glass is not there; partly clear plastic keeps its share of the base colour.
+            opacity=0.0 if through == 1 and metallic == 0 else 1.0,
+        )
+
+    def _principled_thin(self, bsdf: mi.BSDF) -> Row:
+        through = min(max(self._number(bsdf, "spec_trans"), 0.0), 1.0)
+        backwards = 1 - 0.5 * min(max(self._number(bsdf, "diff_trans"), 0.0), 2.0)
+        if backwards < 1:
+            self._notes.add("principledthin: light let through diffusely is lost")
+        return Row(
+            _tinted(self._color(bsdf, "base_color"), (1 - through) * backwards),
+            alpha=_alpha(self._number(bsdf, "roughness", 0.5) ** 2),
+            specular=_normal_reflectance(self._number(bsdf, "eta", 1.5)),
+            opacity=0.0 if through == 1 else 1.0,
+            double_sided=True,
+        )
+
+    def _conductor(self, bsdf: mi.BSDF) -> Row:
+        if "alpha_u" in parts(bsdf):
+            alpha = np.sqrt(self._number(bsdf, "alpha_u") * self._number(bsdf, "alpha_v"))
+        else:
+            rough = bsdf.class_name() == "RoughConductor"
+            alpha = self._number(bsdf, "alpha", 0.1) if rough else SMOOTH_ALPHA
+        return Row(self._metal(bsdf), metallic=1.0, alpha=_alpha(alpha))
+
+    def _metal(self, bsdf: mi.BSDF) -> Value:
+        """Reflectance; a texture that scales it stays a texture."""
+        texture = parts(bsdf).get("specular_reflectance")
+        if texture is None:
+            return hemispherical_reflectance(bsdf)
+        value = self._textures.read(texture, self._shape)
+        if not isinstance(value, Image):
+            return hemispherical_reflectance(bsdf)
+        # Measure where the texture is brightest and divide it out: what is left is the metal.
+        uv, there = _brightest(texture)
+        metal = hemispherical_reflectance(bsdf, uv) / np.maximum(there, 1e-6)
+        return value.tinted(np.minimum(metal, 1.0))
+
+    def _mask(self, bsdf: mi.BSDF) -> Row:
+        row = self._read(parts(bsdf)["nested_bsdf"])
+        opacity = self._color(bsdf, "opacity")
+        if isinstance(opacity, Image):
+            if row.opacity != 1.0:
+                self._notes.add("a mask inside a mask: only the outer one counts")
+            return replace(row, opacity=opacity.grey().clamped())
+        share = float(np.clip(opacity.mean(), 0, 1))
+        if isinstance(row.opacity, Image):
+            return replace(row, opacity=row.opacity.tinted(share))
+        return replace(row, opacity=row.opacity * share)
+
+    def _blend(self, bsdf: mi.BSDF) -> Row:
+        nested = parts(bsdf)
+        weight = min(max(self._number(bsdf, "weight"), 0.0), 1.0)
+        return self._mixed(self._read(nested["bsdf_0"]), self._read(nested["bsdf_1"]), weight)
+
+    def _mixed(self, a: Row, b: Row, weight: float) -> Row:
+        """(1 - weight) of a and weight of b. What is clear has no colour to mix in, only opacity."""
+        if weight in (0.0, 1.0):
+            return b if weight else a
+        opacity_a, opacity_b = self._plain(a.opacity), self._plain(b.opacity)
+        share_a, share_b = (1 - weight) * opacity_a, weight * opacity_b
+        opacity = share_a + share_b
+        t = share_b / opacity if opacity > 0 else 0.0
+        if t in (0.0, 1.0):
+            base = b.base if t else a.base
+        else:
+            base = (1 - t) * self._plain_color(a.base) + t * self._plain_color(b.base)
+        return Row(
+            base,
+            metallic=(1 - t) * a.metallic + t * b.metallic,
+            alpha=(1 - t) * a.alpha + t * b.alpha,
+            specular=(1 - t) * a.specular + t * b.specular,
+            opacity=opacity,
+            double_sided=a.double_sided or b.double_sided,
+        )
+
+    def _plain(self, opacity: float | Image) -> float:
+        if isinstance(opacity, Image):
+            self._notes.add("blendbsdf of masks: their mean opacity is used")
+            return float(opacity.mean[0])
+        return opacity
+
+    def _plain_color(self, base: Value) -> np.ndarray:
+        if isinstance(base, Image):
+            self._notes.add("blendbsdf of textures: their mean colours are mixed")
+            return base.mean
+        return base
+
+    def _dielectric(self, bsdf: mi.BSDF) -> Row:
+        return Row(BLACK, opacity=0.0)
+
+    def _bumpy(self, bsdf: mi.BSDF) -> Row:
+        self._notes.add(f"{bsdf.class_name()}: the bumps are ignored")
+        return self._read(parts(bsdf)["nested_bsdf"])
+
+    def _measured(self, bsdf: mi.BSDF) -> Row:
+        self._notes.add(f"{bsdf.class_name()}: taken as diffuse with its measured reflectance")
+        return Row(hemispherical_reflectance(bsdf))
+
+
+def material_table(rows: dict[int, Row]) -> Materials:
+    """Lay rows out as the table that hits look up.
+
+    Args:
+        rows: By registry number of the shape.
+    """
+    size = max(rows, default=0) + 1
+    base, surface, emission = (np.zeros((size, 4), np.float32) for _ in range(3))
+    base[:, 3], surface[:, 1] = 1, 1
+    columns = np.full((3, size), NO_TEXTURE, np.uint32)
+    pack = Pack()
+    for number, row in rows.items():
+        opacity = row.opacity.mean[0] if isinstance(row.opacity, Image) else row.opacity
+        base[number, :3], base[number, 3] = _plain_mean(row.base), opacity
+        surface[number] = row.metallic, row.alpha, row.specular, row.double_sided
+        emission[number, :3] = BLACK if row.emission is None else _plain_mean(row.emission)
+        for column, value in zip(columns, (row.base, row.opacity, row.emission), strict=True):
+            column[number] = pack.add(value if isinstance(value, Image) else None)
+    present = rows.values()
+    return Materials(
+        base=mi.Float(base.ravel()),
+        surface=mi.Float(surface.ravel()),
+        emission=mi.Float(emission.ravel()),
+        base_texture=mi.UInt32(columns[0]),
+        opacity_texture=mi.UInt32(columns[1]),
+        emission_texture=mi.UInt32(columns[2]),
+        textures=pack.textures(),
+        any_opacity=any(isinstance(r.opacity, Image) or r.opacity < 1 for r in present),
+        any_specular=any(r.metallic > 0 or r.specular > 0 for r in present),
+        any_single_sided=any(not r.double_sided for r in present),
+        any_emission=any(r.emission is not None for r in present),
+    )
+
+
+def _plain_mean(value: Value) -> np.ndarray:
+    return value.mean if isinstance(value, Image) else value
+
+
+def _tinted(value: Value, share: float) -> Value:
+    if share == 1:
+        return value  # the same image object, so that it is packed once
+    return value.tinted([share] * 3) if isinstance(value, Image) else value * share
+
+
+def _alpha(alpha: float) -> float:
+    return float(min(max(alpha, 1e-3), 1.0))
+
+
+def _normal_reflectance(eta: float) -> float:
+    """Fresnel reflectance at normal incidence of a relative index of refraction."""
+    return ((eta - 1) / (eta + 1)) ** 2
+
+
+def _brightest(texture: mi.Texture) -> tuple[tuple[float, float], np.ndarray]:
+    """Texture coordinates in [0, 1]^2 where the darkest channel is brightest, and the (3,) colour there."""
+    inside = (np.arange(64) + 0.5) / 64
+    u, v = (axis.ravel() for axis in np.meshgrid(inside, inside))
+    si = dr.zeros(mi.SurfaceInteraction3f, u.size)
+    si.uv = mi.Point2f(np.float32([u, v]))
+    colors = np.array(texture.eval(si)).reshape(3, -1)
+    best = int(colors.min(0).argmax())
+    return (float(u[best]), float(v[best])), colors[:, best]

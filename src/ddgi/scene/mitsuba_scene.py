@@ -1,0 +1,198 @@
+"""A parsed Mitsuba scene to ours: what is read, in which order, and what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from ddgi.errors import SceneError
+from ddgi.scene.camera import Camera
+from ddgi.scene.daylight import AddedLights, default_daylight
+from ddgi.scene.emitters import EmitterReader, make_lights
+from ddgi.scene.materials import MaterialReader, material_table
+from ddgi.scene.notes import Notes
+from ddgi.scene.plugin_tree import PluginTree, one_line
+from ddgi.scene.scene import Scene
+from ddgi.scene.sensors import CAMERAS, Box, default_camera, read_camera, sensor_up
+from ddgi.scene.shapes import Geometry, ShapeReader
+from ddgi.scene.textures import TextureReader
+
+ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
+OLD_FILTERS = ("trilinear", "ewa")
+FILM_KEYS = ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y")
+
+
+def import_scene(
+    tree: PluginTree,
+    name: str,
+    *,
+    added: AddedLights,
+    up: np.ndarray | None = None,
+    box: Box | None = None,
+) -> Scene:
+    """Build the scene that a plugin tree describes.
+
+    Args:
+        tree: The parsed scene; lights are added to it, and film, sampler and integrator cleared.
+        name: What to call it.
+        added: Lights to add.
+        up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
+        box: Box of interest [m]; by default the bounding box of the geometry.
+
+    Raises:
+        SceneError: An element cannot be used; the message names it.
+    """
+    notes = Notes()
+    _clear_what_is_ours(tree, notes)
+    cameras, camera_up = _cameras(tree, notes)
+    if up is None:
+        up = nearest_axis(camera_up) if camera_up is not None else np.array([0.0, 1.0, 0.0])
+    if added.has_environment:
+        _drop_environment(tree, notes)
+    if added:
+        tree.graft(added.description(up), "added by the caller")
+
+    textures = TextureReader(tree, notes)
+    emitters = EmitterReader(tree, textures, notes)
+    shapes = ShapeReader(tree, MaterialReader(textures, notes), emitters, notes)
+    for key, child in tree.children(0):
+        kind = tree.kind(child) if isinstance(child, int) else None
+        if kind == mi.ObjectType.Shape or isinstance(child, mi.Shape):
+            shapes.add(child, key)
+        elif kind == mi.ObjectType.Emitter or isinstance(child, mi.Emitter):
+            emitters.add(tree.build(child) if isinstance(child, int) else child)
+        elif kind in (mi.ObjectType.BSDF, mi.ObjectType.Texture):
+            tree.build(child)  # unused ones too: a mistake in them is a mistake in the file
+    geometry = shapes.geometry
+    if geometry.clear_shapes:
+        notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
+    if geometry.triangles == 0:
+        raise SceneError(f"{name}: has no geometry")
+    if not (geometry.area_lights or emitters.delta or emitters.environment):
+        notes.add("no light in the scene: sky and sun added")
+        for index in tree.graft(default_daylight().description(up), "added for want of light"):
+            emitters.add(tree.build(index))
+
+    mi_scene = _assembled(geometry, emitters.environment)
+    if box is None:
+        bounds = mi_scene.bbox()
+        box = _point(bounds.min), _point(bounds.max)
+    if not np.isfinite(box).all():
+        raise SceneError(f"{name}: its bounding box is not finite")
+    if not cameras:
+        notes.add("no camera in the scene: one added that looks along the box")
+        cameras = [default_camera(box, up)]
+    return Scene(
+        name=name,
+        mi_scene=mi_scene,
+        materials=material_table(geometry.rows),
+        lights=make_lights(emitters.delta, geometry.area_lights, mi_scene.environment()),
+        cameras=tuple(cameras),
+        up=_point(up),
+        box=box,
+        triangles=geometry.triangles,
+        shapes=geometry.names,
+        notes=notes.lines(),
+        source=tree.state,
+    )
+
+
+def nearest_axis(direction: np.ndarray) -> np.ndarray:
+    """(3,) the signed coordinate axis nearest a direction."""
+    axis = np.zeros(3)
+    axis[int(np.abs(direction).argmax())] = 1.0
+    return axis * np.sign(direction @ axis)
+
+
+def _point(values: Iterable[float]) -> tuple[float, float, float]:
+    x, y, z = map(float, values)
+    return x, y, z
+
+
+def _clear_what_is_ours(tree: PluginTree, notes: Notes) -> None:
+    """Drop integrator, samplers and all of films but their size; make file names absolute.
+
+    Our own take their place, so nothing in them can stop a scene from loading; and the tree stays
+    usable after the folder of the file is no longer searched.
+    """
+    for key, child in tree.children(0):
+        if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Integrator:
+            tree.drop(0, key)
+    string = mi.Properties.Type.String
+    for index in range(len(tree.state.nodes)):
+        properties = tree.properties(index)
+        if tree.kind(index) == mi.ObjectType.Sensor:
+            for key, child in tree.children(index):
+                if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Sampler:
+                    tree.drop(index, key)
+        elif tree.kind(index) == mi.ObjectType.Film:
+            tree.state.nodes[index].props = _plain_film(properties)
+        elif "filename" in properties and properties.type("filename") == string:
+            path = Path(str(mi.file_resolver().resolve(properties["filename"])))
+            if path.is_file():
+                properties["filename"] = str(path.resolve())
+            if properties.get("filter_type", "bilinear") in OLD_FILTERS:
+                notes.add(f"texture filter {properties['filter_type']!r}: bilinear instead")
+                properties["filter_type"] = "bilinear"
+
+
+def _plain_film(properties: Any) -> Any:
+    film = mi.Properties("hdrfilm")
+    film.set_id(properties.id())
+    for key in FILM_KEYS:
+        if key in properties:
+            film[key] = properties[key]
+    film["pixel_format"], film["component_format"] = "rgb", "float32"
+    return film
+
+
+def _cameras(tree: PluginTree, notes: Notes) -> tuple[list[Camera], np.ndarray | None]:
+    """All cameras, and what the first one has for up."""
+    cameras: list[Camera] = []
+    up = None
+    for _, child in tree.children(0):
+        if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Sensor:
+            if tree.plugin(child) not in CAMERAS:
+                notes.add(f"{tree.label(child)}: not a camera this package has, left out")
+                continue
+            sensor = tree.build(child)
+        elif isinstance(child, mi.Sensor):
+            sensor = child
+        else:
+            continue
+        name = sensor.id() or f"camera-{len(cameras)}"
+        if (camera := read_camera(sensor, name, tree, notes)) is not None:
+            cameras.append(camera)
+            up = sensor_up(sensor) if up is None else up
+    return cameras, up
+
+
+def _drop_environment(tree: PluginTree, notes: Notes) -> None:
+    for key, child in tree.children(0):
+        if isinstance(child, int):
+            found = tree.kind(child) == mi.ObjectType.Emitter and tree.plugin(child) in ENVIRONMENTS
+        else:
+            found = isinstance(child, mi.Emitter) and child.is_environment()
+        if found:
+            notes.add("the scene's own environment gives way to the one added")
+            tree.drop(0, key)
+
+
+def _assembled(geometry: Geometry, environment: mi.Emitter | None) -> mi.Scene:
+    """Mitsuba's scene over the traced shapes, which keep their names."""
+    description: dict[str, Any] = {"type": "scene"}
+    for number, (_, shape) in enumerate(geometry.traced):
+        description[f"shape-{number}"] = shape
+    if environment is not None:
+        description["environment"] = environment
+    try:
+        scene = mi.load_dict(description, optimize=False, parallel=False)
+    except Exception as error:
+        raise SceneError(one_line(error)) from error
+    for name, shape in geometry.traced:
+        shape.set_id(name)  # the dictionary's keys became ids
+    return scene

@@ -1,0 +1,37 @@
+"""Hemispherical reflectance: the share of light from everywhere that a BSDF sends back."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+SAMPLES = 1 << 15
+"""Of a rough conductor the standard error is then below 0.1 %."""
+
+
+def hemispherical_reflectance(bsdf: mi.BSDF, uv: tuple[float, float] | None = None) -> np.ndarray:
+    """Measure a BSDF under even light from its front.
+
+    Args:
+        bsdf: Any BSDF.
+        uv: Texture coordinates to measure at; None averages over [0, 1]^2.
+
+    Returns:
+        (3,) RGB in [0, 1]. Light sent through the surface does not count.
+    """
+    random = mi.PCG32(SAMPLES)
+    si = dr.zeros(mi.SurfaceInteraction3f, SAMPLES)
+    si.t, si.n = mi.Float(1), mi.Normal3f(0, 0, 1)
+    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    si.sh_frame = mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Normal3f(0, 0, 1))
+    si.wi = mi.warp.square_to_cosine_hemisphere(_pair(random))
+    si.uv = _pair(random) if uv is None else mi.Point2f(*uv)
+    sample, weight = bsdf.sample(mi.BSDFContext(), si, random.next_float32(), _pair(random))
+    share = dr.select((sample.wo.z > 0) & dr.all(dr.isfinite(weight)), weight, 0)
+    return np.clip(np.array(dr.mean(share, axis=1), np.float64).ravel(), 0, 1)
+
+
+def _pair(random: mi.PCG32) -> mi.Point2f:
+    u = random.next_float32()
+    return mi.Point2f(u, random.next_float32())

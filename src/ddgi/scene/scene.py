@@ -1,0 +1,63 @@
+"""A scene: what there is, as arrays that a tracer and a gatherer can use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import mitsuba as mi
+
+from ddgi.errors import SceneError
+from ddgi.lighting.lights import Lights
+from ddgi.scene.camera import Camera
+from ddgi.trace.materials import Materials
+from ddgi.trace.mesh import MeshTracer
+
+
+@dataclass
+class Scene:
+    """Geometry, materials, lights and cameras, ready to trace.
+
+    Built by `load_scene` from a file, a Mitsuba dictionary or the name of a built-in scene.
+    """
+
+    name: str
+    mi_scene: mi.Scene                # the static geometry; every BSDF in it is ignored
+    materials: Materials
+    lights: Lights
+    cameras: tuple[Camera, ...]       # at least one
+    up: tuple[float, float, float]    # unit vector
+    box: tuple[tuple[float, float, float], tuple[float, float, float]]  # (low, high) box of interest [m]
+    triangles: int
+    shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
+    notes: tuple[str, ...] = ()       # what the import changed or left out, one line each
+    source: Any = None                # Mitsuba's parsed scene, before our changes, for the reference
+
+    @property
+    def tracer(self) -> MeshTracer:
+        """What traces rays through this scene."""
+        return MeshTracer(self.mi_scene, self.materials)
+
+    @property
+    def camera(self) -> Camera:
+        """The first camera."""
+        return self.cameras[0]
+
+    def select_camera(self, camera: str | int) -> Scene:
+        """The same scene with another camera first.
+
+        Args:
+            camera: Its name, or its number in `cameras`.
+
+        Raises:
+            SceneError: There is no such camera; the message lists those there are.
+        """
+        names = [c.name for c in self.cameras]
+        if isinstance(camera, str) and camera in names:
+            index = names.index(camera)
+        elif str(camera).isdecimal() and int(camera) < len(names):
+            index = int(camera)
+        else:
+            raise SceneError(f"no camera {camera!r} in {self.name}: there are {', '.join(names)}")
+        rest = self.cameras[:index] + self.cameras[index + 1 :]
+        return replace(self, cameras=(self.cameras[index], *rest))

@@ -1,0 +1,47 @@
+"""Checks on what Mitsuba accepts without a word: NaN, negative light, vertices that do not exist."""
+
+from __future__ import annotations
+
+import mitsuba as mi
+import numpy as np
+
+from ddgi.errors import SceneError
+from ddgi.scene.mesh_keys import FACES, POSITIONS
+
+
+def check_finite(values: object, what: str) -> None:
+    """Refuse NaN and infinity.
+
+    Raises:
+        SceneError: Some value is not finite; the text starts with `what`.
+    """
+    if not np.isfinite(values).all():
+        raise SceneError(f"{what} is not finite")
+
+
+def check_light(values: object, what: str) -> None:
+    """Refuse NaN, infinity and negative light.
+
+    Raises:
+        SceneError: Some value is not finite or below zero; the text starts with `what`.
+    """
+    check_finite(values, what)
+    if (np.asarray(values) < 0).any():
+        raise SceneError(f"{what} is negative")
+
+
+def check_mesh(shape: mi.Shape, what: str) -> None:
+    """Refuse meshes whose vertices are not finite or whose faces name vertices that do not exist.
+
+    Raises:
+        SceneError: With `what` in front.
+    """
+    if not shape.is_mesh():
+        return
+    parameters = mi.traverse(shape)
+    if POSITIONS not in parameters:  # a cube: a mesh that Mitsuba makes itself
+        return
+    check_finite(parameters[POSITIONS].numpy(), f"{what}: a vertex position")
+    faces = parameters[FACES].numpy()
+    if faces.size and faces.max() >= shape.vertex_count():
+        raise SceneError(f"{what}: a face uses vertex {faces.max()}, but there are {shape.vertex_count()}")

@@ -1,0 +1,118 @@
+"""All settings of a frame, one group per stage, and the presets: each paper's, and ours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+from annotated_types import Interval
+from typing_extensions import Doc
+
+from ddgi.errors import SettingsError
+from ddgi.lighting import direct
+from ddgi.passes import gbuffer, picture, tone
+from ddgi.probes import blend, gather, grid, query, rays, volume
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderSettings:
+    """Everything that shapes a frame, by stage. Values are compile-time constants of the kernels."""
+
+    seed: Annotated[int, Interval(ge=0, le=0xFFFFFFFF), Doc("same seed, same machine: same picture, bit by bit")] = 0
+    grid: grid.Settings = grid.Settings()
+    volume: volume.Settings = volume.Settings()
+    rays: rays.Settings = rays.Settings()
+    gather: gather.Settings = gather.Settings()
+    blend: blend.Settings = blend.Settings()
+    query: query.Settings = query.Settings()
+    direct: direct.Settings = direct.Settings()
+    gbuffer: gbuffer.Settings = gbuffer.Settings()
+    picture: picture.Settings = picture.Settings()
+    tone: tone.Settings = tone.Settings()
+
+    @staticmethod
+    def preset(name: str) -> RenderSettings:
+        """The settings of a preset; `PRESETS` lists them.
+
+        Raises:
+            SettingsError: There is no such preset.
+        """
+        if name not in PRESETS:
+            raise SettingsError(f"unknown preset {name!r}: choose one of {', '.join(PRESETS)}")
+        return PRESETS[name]
+
+
+_default = RenderSettings()
+
+# The published systems blend from the second update on, read four texels per map, and leave
+# emitters to the probes' rays; each then differs as its own text says.
+_published = replace(
+    _default,
+    gather=replace(_default.gather, taps="bilinear"),
+    blend=replace(_default.blend, warm_up=0, gamma=1.0),
+    query=replace(_default.query, sqrt_blending=False),
+    direct=replace(_default.direct, area="field", environment="field"),
+)
+
+_scale = replace(
+    _published,
+    blend=replace(_published.blend, gamma=5.0, long_distances="clamp"),  # 4.2
+    query=replace(_published.query, sqrt_blending=True),  # listing 2
+)
+
+_blog = replace(
+    _published,
+    # Texture sizes include the border there: 6x6 and 16x16 (papers disagree on counting).
+    volume=replace(_published.volume, irradiance_size=4, distance_size=14, irradiance_format="r11g11b10", distance_format="float16"),
+    # BLOG precedes the self-shadow bias and the shortened back faces of SCALE.
+    gather=replace(_published.gather, back_face_distance=1.0),
+    query=replace(_published.query, bias="ctu", bias_scale=0.25),
+)
+
+_ctu = replace(
+    _published,
+    rays=replace(_published.rays, per_probe=64),  # 4.5: "64 rays per probe are usually enough"
+    gather=replace(_published.gather, energy_preservation=0.85, back_face_distance=1.0),
+    blend=replace(_published.blend, long_distances="off"),
+    query=replace(
+        _published.query,
+        wrap="wrap",
+        wrap_a=1.0,  # eq. 4.4
+        chebyshev_exponent=1.0,  # eq. 4.9
+        visibility_floor=0.0,
+        bias="ctu",
+        bias_scale=0.25,  # eq. 4.11; k_n is a constant in [0, 1]
+    ),
+)
+
+_mff = replace(
+    _published,
+    volume=replace(_published.volume, irradiance_format="float16", distance_format="float16"),  # table 4.1
+    gather=replace(_published.gather, bounces="path", back_face_distance=0.0),  # 3.2.5
+    blend=replace(_published.blend, long_distances="reject"),  # 3.3.2
+    query=replace(
+        _published.query,
+        wrap="half_cosine",
+        wrap_offset=0.0,  # eq. 3.3
+        visibility_floor=0.0,  # listing 3.10
+        crush=0.0,
+        bias="off",  # listing 3.9, DDGI_NO_NORMAL_OFFSET
+    ),
+)
+
+_classic = replace(
+    _published,
+    gather=replace(_published.gather, back_face_distance=1.0),
+    query=replace(_published.query, visibility=False, wrap="off", crush=0.0, bias="off"),
+)
+
+PRESETS: dict[str, RenderSettings] = {
+    "default": _default,
+    "scale": _scale,
+    "blog": _blog,
+    "ctu": _ctu,
+    "mff": _mff,
+    "classic": _classic,
+}
+"""`default` is ours; `scale`, `blog`, `ctu` and `mff` are as published; `classic` is irradiance
+probes without visibility, what DDGI improves on."""

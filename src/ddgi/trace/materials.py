@@ -1,0 +1,101 @@
+"""The material table: what light meets, one row per shape, looked up by the shape's number.
+
+Every importer reduces its materials to one metallic-roughness model (base colour, metallic,
+roughness, specular reflectance at normal incidence, opacity, sidedness, emission). A hit then
+reads its row with a few packet loads instead of virtual calls, and a kernel does not grow with
+the number of materials.
+
+The diffuse field sees every opaque material as Lambertian with albedo `base_color`: of a metal
+that is its hemispherical reflectance. Direct light at camera pixels separates the two lobes:
+Lambert with base_color * (1 - metallic), and GGX with F0 = lerp(specular, base_color, metallic).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from ddgi.trace import textures
+
+NO_TEXTURE = 0xFFFFFFFF
+"""In a texture column: this row has no texture there; the constant column holds its value."""
+
+
+@dataclass
+class Textures:
+    """All bitmaps of a scene in one buffer. T textures, N texels in all, linear Rec.709."""
+
+    texels: mi.Float16  # (4 N,) RGBA, half precision, row by row, first row at v = 0 side as stored
+    offset: mi.UInt32   # (T,) first texel of each texture
+    width: mi.UInt32    # (T,)
+    height: mi.UInt32   # (T,)
+    wrap: mi.UInt32     # (T,) 0 repeat, 1 clamp, 2 mirror
+    nearest: mi.Bool    # (T,) no bilinear filter
+    to_uv: mi.Float     # (8 T,) per texture the two rows of the affine UV transform: a b c 0, d e f 0
+
+
+@dataclass
+class Materials:
+    """One row per shape, indexed by Dr.Jit's registry number of the shape (S rows, row 0 unused)."""
+
+    base: mi.Float              # (4 S,) base colour r g b in [0, 1], then opacity in [0, 1]
+    surface: mi.Float           # (4 S,) metallic [0, 1], GGX alpha (0, 1], specular F0 [0, 1], double-sided 0 or 1
+    emission: mi.Float          # (4 S,) emitted radiance r g b >= 0, then unused
+    base_texture: mi.UInt32     # (S,) replaces base colour; NO_TEXTURE for none
+    opacity_texture: mi.UInt32  # (S,) replaces opacity (first channel)
+    emission_texture: mi.UInt32  # (S,) replaces emission
+    textures: Textures | None   # None where no row has a texture
+    # What no row of this scene needs is compiled out:
+    any_opacity: bool = False   # some surface may be passed through
+    any_specular: bool = False  # some surface has metallic > 0 or specular F0 > 0
+    any_single_sided: bool = True
+    any_emission: bool = False
+
+
+@dataclass
+class Material:
+    """The rows of N hits, textures applied. Units as in `Materials`."""
+
+    base: mi.Color3f
+    opacity: mi.Float
+    metallic: mi.Float
+    alpha: mi.Float
+    specular: mi.Float
+    double_sided: mi.Bool
+    emission: mi.Color3f
+
+
+def lookup(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> Material:
+    """Material of each hit. row: (N,) registry number of the shape; uv: (N,); inactive lanes give zeros."""
+    base = dr.gather(mi.Vector4f, materials.base, row, active)
+    surface = dr.gather(mi.Vector4f, materials.surface, row, active)
+    color, opacity = mi.Color3f(base.x, base.y, base.z), base.w
+    emission = mi.Color3f(0)
+    if materials.any_emission:
+        glow = dr.gather(mi.Vector4f, materials.emission, row, active)
+        emission = mi.Color3f(glow.x, glow.y, glow.z)
+    if materials.textures is not None:
+        color = _textured(materials, materials.base_texture, color, row, uv, active)
+        if materials.any_opacity:
+            opacity = _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
+        if materials.any_emission:
+            emission = _textured(materials, materials.emission_texture, emission, row, uv, active)
+    return Material(color, opacity, surface.x, surface.y, surface.z, surface.w > 0.5, emission)
+
+
+def lookup_opacity(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> mi.Float:
+    """Opacity of each hit, in [0, 1]; what rays that may pass through surfaces ask for."""
+    opacity = dr.gather(mi.Vector4f, materials.base, row, active).w
+    if materials.textures is None:
+        return opacity
+    return _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
+
+
+def _textured(materials, column, constant, row, uv, active):
+    """The constant, or the texture's colour on lanes whose row names one."""
+    texture = dr.gather(mi.UInt32, column, row, active)
+    has = active & (texture != NO_TEXTURE)
+    color, _ = textures.lookup(materials.textures, texture, uv, has)
+    return dr.select(has, color, constant)

@@ -1,0 +1,127 @@
+"""Tracing the triangles and analytic shapes of a Mitsuba scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from ddgi.extrema import largest
+from ddgi.sampling import Clock, uniform_2d
+from ddgi.trace.materials import Materials, lookup, lookup_opacity
+from ddgi.trace.surface import Surface
+
+MAX_LAYERS = 32
+"""Surfaces with opacity below one that a ray passes before it stops looking."""
+
+
+@dataclass
+class MeshTracer:
+    """A `Tracer` over `mi.Scene` (Embree on the CPU, OptiX on the GPU)."""
+
+    scene: mi.Scene
+    materials: Materials
+
+    def intersect(self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False):
+        """See `Tracer.intersect`."""
+        skipped = mi.Float(0)
+        if self.materials.any_opacity:
+            skipped = self._pass_through(origin, direction, active, time, stream)
+        ray = mi.Ray3f(dr.fma(direction, skipped, origin), direction)
+        flags = mi.RayFlags.ShadingFrame
+        if self.materials.textures is not None:
+            flags = flags | mi.RayFlags.UV
+        si = self.scene.ray_intersect(ray, int(flags), coherent, active)
+        return self._surface(si, direction, skipped)
+
+    def visible(self, origin, direction, distance, active):
+        """See `Tracer.visible`."""
+        if not self.materials.any_opacity:
+            ray = mi.Ray3f(origin, direction, distance, 0.0, [])
+            return dr.select(active & ~self.scene.ray_test(ray, active), mi.Float(1), mi.Float(0))
+        return self._transmittance(origin, direction, distance, active)
+
+    def _surface(self, si, direction, skipped) -> Surface:
+        valid = si.is_valid()
+        row = _row(si)
+        material = lookup(self.materials, row, si.uv, valid)
+        up = mi.Normal3f(0, 0, 1)
+        front = dr.dot(si.n, direction) < 0
+        flip = dr.select(front, mi.Float(1), mi.Float(-1))
+        shading = si.sh_frame.n
+        back = mi.Bool(False)
+        if self.materials.any_single_sided:
+            back = valid & ~front & ~material.double_sided
+        return Surface(
+            valid=valid,
+            back=back,
+            distance=si.t + skipped,
+            position=dr.select(valid, si.p, mi.Point3f(0)),
+            normal=dr.select(valid, mi.Normal3f(shading * flip), up),
+            geometric_normal=dr.select(valid, mi.Normal3f(si.n * flip), up),
+            to_viewer=-direction,
+            albedo=dr.select(back, mi.Color3f(0), material.base),
+            metallic=material.metallic,
+            alpha=material.alpha,
+            specular=material.specular,
+            emission=dr.select(front, material.emission, mi.Color3f(0)),
+        )
+
+    def _hit_opacity(self, origin, direction, distance, active):
+        """Next hit from `origin`: (hit, its distance, its opacity)."""
+        ray = mi.Ray3f(origin, direction, distance, 0.0, [])
+        si = self.scene.ray_intersect(ray, int(mi.RayFlags.UV), False, active)
+        hit = active & si.is_valid()
+        opacity = lookup_opacity(self.materials, _row(si), si.uv, hit)
+        step = si.t + mi.math.RayEpsilon * (1 + largest(dr.abs(si.p)))
+        return hit, step, opacity
+
+    def _pass_through(self, origin, direction, active, time, stream):
+        """Distance to skip: past every layer that a random number finds open.
+
+        Each layer is met with a probability equal to its opacity, so the mean over frames is
+        right for any opacity, and cut-outs (0 or 1) are exact at once.
+        """
+        lane = dr.arange(mi.UInt32, dr.width(direction))
+
+        def body(skipped, searching, layer):
+            hit, step, opacity = self._hit_opacity(
+                dr.fma(direction, skipped, origin), direction, mi.Float(dr.inf), searching
+            )
+            chance = uniform_2d(time, stream, lane * MAX_LAYERS + layer).x
+            through = hit & (chance >= opacity)
+            return skipped + dr.select(through, step, 0), through & (layer + 1 < MAX_LAYERS), layer + 1
+
+        skipped, _, _ = dr.while_loop(
+            state=(mi.Float(0) + dr.zeros(mi.Float, dr.width(direction)), mi.Bool(active), mi.UInt32(0)),
+            cond=lambda skipped, searching, layer: searching,
+            body=body,
+            label="pass through masks",
+        )
+        return skipped
+
+    def _transmittance(self, origin, direction, distance, active):
+        """Product of (1 - opacity) over the layers of each segment."""
+
+        def body(share, skipped, searching, layer):
+            hit, step, opacity = self._hit_opacity(
+                dr.fma(direction, skipped, origin), direction, distance - skipped, searching
+            )
+            share = dr.select(hit, share * (1 - opacity), share)
+            skipped = skipped + dr.select(hit, step, 0)
+            return share, skipped, hit & (share > 0) & (skipped < distance) & (layer + 1 < MAX_LAYERS), layer + 1
+
+        width = dr.width(direction)
+        share, _, unfinished, _ = dr.while_loop(
+            state=(dr.full(mi.Float, 1, width), dr.zeros(mi.Float, width), mi.Bool(active), mi.UInt32(0)),
+            cond=lambda share, skipped, searching, layer: searching,
+            body=body,
+            label="transmittance",
+        )
+        return dr.select(active, share, 0)
+
+
+def _row(si) -> mi.UInt32:
+    """Row of the material table: the registry number of the shape that was hit."""
+    return dr.reinterpret_array(mi.UInt32, si.shape)

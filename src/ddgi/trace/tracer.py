@@ -1,0 +1,42 @@
+"""What a stage asks of anything that can trace rays: meshes today, distance fields later."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import mitsuba as mi
+
+from ddgi.sampling import Clock
+from ddgi.trace.surface import Surface
+
+
+class Tracer(Protocol):
+    """Closest hits and visibility."""
+
+    def intersect(
+        self,
+        origin: mi.Point3f,
+        direction: mi.Vector3f,
+        active: mi.Bool,
+        *,
+        time: Clock,
+        stream: int,
+        coherent: bool = False,
+    ) -> Surface:
+        """Closest surface along each ray.
+
+        Args:
+            origin: (N,) [m].
+            direction: (N,) unit vectors.
+            active: (N,) other lanes come back as misses.
+            time: Random source for surfaces that let part of the light through.
+            stream: Which stream of it (`ddgi.sampling`).
+            coherent: Neighbouring lanes look alike; only a hint for speed.
+        """
+        ...
+
+    def visible(
+        self, origin: mi.Point3f, direction: mi.Vector3f, distance: mi.Float, active: mi.Bool
+    ) -> mi.Float:
+        """Share of light in [0, 1] that crosses each segment; 0 on inactive lanes."""
+        ...

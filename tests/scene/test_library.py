@@ -1,0 +1,259 @@
+"""The built-in scenes: they load, are what they say, and have the answers that are known on paper."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from ddgi.scene import library
+from ddgi.scene.library import BUILT_IN, Blueprint
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _variant() -> None:
+    if mi.variant() is None:
+        try:
+            from ddgi.backend import use_backend
+        except ImportError:
+            mi.set_variant("llvm_ad_rgb")
+        else:
+            use_backend("llvm")
+
+
+@cache
+def built(name: str, **parameters: float) -> tuple[Blueprint, mi.Scene]:
+    """A built-in scene and what Mitsuba makes of it."""
+    blueprint = BUILT_IN[name].build(**parameters)
+    return blueprint, mi.load_dict(blueprint.description, optimize=False)
+
+
+def triangles(scene: mi.Scene) -> int:
+    return sum(shape.primitive_count() for shape in scene.shapes())
+
+
+def radiance(scene: mi.Scene, origin: np.ndarray, directions: np.ndarray, depth: int) -> np.ndarray:
+    """Path-traced radiance (N, 3) arriving at one point from (N, 3) directions."""
+    count = len(directions)
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(1, count)
+    integrator = mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": depth})
+    found, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(rays(origin, directions)))
+    return np.array(found).T.reshape(count, 3)
+
+
+def rays(origin: np.ndarray, directions: np.ndarray) -> mi.Ray3f:
+    """Rays from one point (3,) along (N, 3) directions."""
+    return mi.Ray3f(mi.Point3f(np.float32(origin).tolist()), mi.Vector3f(directions.T.astype(np.float32)))
+
+
+def directions(count: int) -> np.ndarray:
+    """(count, 3) uniformly random unit vectors, always the same."""
+    v = np.random.default_rng(0).normal(size=(count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+class TestEveryScene:
+    def test_loads_with_its_cameras_in_order(self, name: str) -> None:
+        blueprint, scene = built(name)
+        cameras = [
+            key
+            for key, value in blueprint.description.items()
+            if isinstance(value, dict) and value["type"] == "perspective"
+        ]
+        assert cameras
+        assert [sensor.id() for sensor in scene.sensors()] == cameras
+        assert len(scene.emitters()) >= 1
+
+    def test_vertices_are_finite_and_indices_in_range(self, name: str) -> None:
+        from ddgi.scene.mesh_keys import FACES, NORMALS, POSITIONS
+
+        for shape in built(name)[1].shapes():
+            params = mi.traverse(shape)
+            if POSITIONS not in params:
+                continue  # Mitsuba's own rectangles and cubes
+            assert np.isfinite(np.array(params[POSITIONS])).all(), shape.id()
+            assert np.array(params[FACES]).max() < shape.vertex_count(), shape.id()
+            if shape.has_vertex_normals():
+                lengths = np.linalg.norm(np.array(params[NORMALS]).reshape(-1, 3), axis=1)
+                # Corners that no triangle uses (poles, creases) may have none.
+                used = np.unique(np.array(params[FACES]))
+                np.testing.assert_allclose(lengths[used], 1, atol=1e-4, err_msg=shape.id())
+
+    def test_box_lies_in_the_scene(self, name: str) -> None:
+        blueprint, scene = built(name)
+        assert blueprint.box is not None
+        low, high = (np.array(corner) for corner in blueprint.box)
+        air = 1.0 + 1e-3  # a box may hold a metre of air above what there is
+        assert (low < high).all()
+        assert (low >= np.array(scene.bbox().min).ravel() - air).all()
+        assert (high <= np.array(scene.bbox().max).ravel() + air).all()
+
+    def test_cameras_stand_in_the_open(self, name: str) -> None:
+        """No camera sees the back of a solid from within, or has its nose against something."""
+        for sensor in built(name)[1].sensors():
+            near = mi.traverse(sensor)["near_clip"]
+            if near > 1:
+                continue  # cuts into solids on purpose
+            centre = np.array(sensor.world_transform().translation()).ravel()
+            hit = built(name)[1].ray_intersect(rays(centre, directions(256)))
+            distance = np.array(hit.t)
+            assert np.min(distance) > 0.1, sensor.id()
+            back = np.array(mi.Frame3f.cos_theta(hit.wi) < 0) & np.array(hit.is_valid())
+            sheets = np.array(mi.has_flag(hit.bsdf().flags(), mi.BSDFFlags.BackSide))
+            assert not (back & ~sheets).any(), sensor.id()
+
+
+def test_listing_imports_neither_mitsuba_nor_numpy() -> None:
+    folder = Path(library.__file__).parent
+    for file in (folder / "__init__.py", folder / "blueprint.py"):
+        for node in ast.parse(file.read_text()).body:
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not any(name.split(".")[0] in ("mitsuba", "drjit", "numpy") for name in names), file.name
+    assert all(key == scene.name and "\n" not in scene.summary for key, scene in BUILT_IN.items())
+
+
+def test_furnace_is_one_everywhere() -> None:
+    _, scene = built("furnace")
+    # 24 bounces of albedo 1/2 leave out 1e-7; the mean of 20,000 paths is then off by noise alone.
+    found = radiance(scene, np.zeros(3), directions(20_000), depth=24)
+    noise = found.std() / np.sqrt(len(found))
+    assert abs(found.mean() - 1) < 4 * noise + 1e-4
+    assert noise < 0.01
+
+
+def test_furnace_obeys_its_formula() -> None:
+    _, scene = built("furnace", albedo=0.8, emission=0.3)
+    found = radiance(scene, np.array([0.5, 0.2, -0.3]), directions(20_000), depth=64)
+    assert abs(found.mean() - 0.3 / (1 - 0.8)) < 4 * found.std() / np.sqrt(len(found)) + 1e-3
+
+
+@pytest.mark.parametrize("wall", [0.2, 0.01])
+def test_sealed_room_is_sealed_and_black(wall: float) -> None:
+    from ddgi.scene.library.house import sealed_room
+
+    _, scene = built("house", wall=wall)
+    low, high = (np.array(corner) for corner in sealed_room(wall))
+    centre = (low + high) / 2
+    hit = scene.ray_intersect(rays(centre, directions(10_000)))
+    assert np.array(hit.is_valid()).all()
+    points = np.array(hit.p).T
+    assert (points > low - 1e-4).all()
+    assert (points < high + 1e-4).all()
+    # Towards the sun from a hair's breadth off every surface and edge.
+    spread = np.random.default_rng(1).uniform(-0.02, 1.02, (20_000, 3)).clip(0, 1)
+    origin = mi.Point3f(np.float32(low + 1e-5 + spread * (high - low - 2e-5)).T)
+    assert np.array(scene.ray_test(mi.Ray3f(origin, mi.Vector3f(0.45, 1.0, 0.6)))).all()
+    assert (radiance(scene, centre, directions(10_000), depth=16) == 0).all()
+
+
+def test_open_room_is_not_black() -> None:
+    from ddgi.scene.library.house import open_room
+
+    low, high = (np.array(corner) for corner in open_room())
+    found = radiance(built("house")[1], (low + high) / 2, directions(10_000), depth=16)
+    assert found.mean() > 0.01
+    assert found[:, 0].mean() > 1.2 * found[:, 2].mean()  # tinted by the orange ground
+
+
+@pytest.mark.parametrize("name", ["house", "two-rooms"])
+def test_wall_thickness_moves_the_outside_alone(name: str) -> None:
+    thin, thick = (built(name, wall=wall) for wall in (0.1, 0.4))
+    assert triangles(thin[1]) == triangles(thick[1])
+    sizes = [np.array(blueprint.box)[1] - np.array(blueprint.box)[0] for blueprint, _ in (thin, thick)]
+    assert sizes[1][0] > sizes[0][0]
+    # Along x, from the middle of the room at -x towards +x: the wall between grows by 0.3 m, evenly.
+    for wall, (_, scene) in ((0.1, thin), (0.4, thick)):
+        ray = mi.Ray3f(mi.Point3f(-wall / 2 - 1.0, 2.5, 0.0), mi.Vector3f(1, 0, 0))
+        hit = scene.ray_intersect(ray)
+        assert float(hit.p.x[0]) == pytest.approx(-wall / 2, abs=1e-4)
+        beyond = scene.ray_intersect(mi.Ray3f(mi.Point3f(wall / 2 + 1.0, 2.5, 0.0), mi.Vector3f(-1, 0, 0)))
+        assert float(beyond.p.x[0]) == pytest.approx(wall / 2, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["house", "two-rooms"])
+def test_a_wall_has_thickness(name: str) -> None:
+    with pytest.raises(ValueError, match="wall"):
+        BUILT_IN[name].build(wall=0.0)
+
+
+def test_lamp_room_alone_has_the_lamp() -> None:
+    _, scene = built("two-rooms")
+    lit, dark = (
+        radiance(scene, np.array([x, 1.4, -1.8]), directions(4_000), depth=12).mean() for x in (1, -1)
+    )
+    assert lit > 5 * dark > 0
+
+
+def test_courtyard_is_large_and_sunny() -> None:
+    _, scene = built("courtyard")
+    assert 200_000 < triangles(scene) < 300_000
+    names = [shape.id() for shape in scene.shapes()]
+    assert len(set(names)) == len(names)
+    court, gallery = np.array([0.0, 3.0, 1.0]), np.array([0.0, 2.0, -5.0])
+    bright, dim = (radiance(scene, point, directions(4_000), depth=8).mean() for point in (court, gallery))
+    assert bright > 3 * dim > 0
+
+
+class TestSolids:
+    """Every generator of solids: watertight, wound outwards, with normals that agree."""
+
+    @staticmethod
+    def solids() -> dict[str, tuple[object, float | None]]:
+        from ddgi.scene.library import geometry as g
+
+        half_round = np.array([(0.1, 0.0), (0.1, 0.0), (0.05, 0.05), (0.0, 0.0), (0.0, 0.0)])
+        return {
+            "box": (g.box((0, 0, 0), (1, 2, 3)), 6.0),
+            "sphere": (g.sphere(1.0, rings=48), 4 / 3 * np.pi),
+            "cylinder": (g.cylinder(0.5, 2.0, 96), np.pi / 2),
+            "blob": (g.blob(0.5, seed=3), None),
+            "lathe": (g.lathe(np.array([(0, 0), (1, 0), (1, 0), (0, 1)]), 96), np.pi / 3),
+            "arcade": (g.arcade([0.0, 3.0], 1.0, 3.0, 2.0, 4.0, (0, 0.5), 96), 0.5 * (12 - np.pi)),
+            "arch": (g.arch(1.0, half_round, 96), None),
+            "ring": (g.rectangular_ring(2, 1, g.rectangle_profile((0, 0), (0.5, 1))), 5 * 3 - 4 * 2.0),
+            "merged": (
+                g.merge([g.box((0, 0, 0), (1, 1, 1)), g.moved(g.cylinder(1, 1, 96), (5, 0, 0))]),
+                1 + np.pi,
+            ),
+            "turned": (g.turned(g.box((0, 0, 0), (1, 2, 3)), 30), 6.0),
+        }
+
+    def test_are_watertight(self) -> None:
+        for name, (shape, _) in self.solids().items():
+            _, place = np.unique(np.round(shape.positions, 6), axis=0, return_inverse=True)
+            corners = place.ravel()[shape.faces]
+            edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+            there, ways = np.unique(edges, axis=0, return_counts=True)
+            assert (ways == 1).all(), name
+            back = {(b, a) for a, b in there.tolist()}
+            assert back == {(a, b) for a, b in there.tolist()}, name
+
+    def test_face_outwards_and_have_their_volume(self) -> None:
+        for name, (shape, volume) in self.solids().items():
+            a, b, c = (shape.positions[shape.faces[:, i]] for i in range(3))
+            found = (a * np.cross(b, c)).sum() / 6
+            assert found > 0, name
+            if volume is not None:
+                assert found == pytest.approx(volume, rel=5e-3), name
+
+    def test_normals_agree_with_faces(self) -> None:
+        for name, (shape, _) in self.solids().items():
+            if shape.normals is None:
+                continue
+            a, b, c = (shape.positions[shape.faces[:, i]] for i in range(3))
+            face = np.cross(b - a, c - a)
+            face /= np.linalg.norm(face, axis=1, keepdims=True)
+            assert ((shape.normals[shape.faces] * face[:, None]).sum(-1) > 0).all(), name
+
+    def test_azimuth_runs_from_z_to_x(self) -> None:
+        from ddgi.scene.library import geometry as g
+
+        turned = g.turned(g.moved(g.box((0, 0, 0), (0, 0, 0)), (0, 0, 1)), 90)
+        np.testing.assert_allclose(turned.positions[0], (1, 0, 0), atol=1e-12)
