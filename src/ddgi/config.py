@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from ddgi.constraints import accepts, documentation, optional
+from ddgi.constraints import accepts, optional
 from ddgi.errors import SettingsError
 from ddgi.settings import RenderSettings
 
@@ -99,7 +99,7 @@ def parse_assignment(text: str) -> dict[str, Any]:
     table: Any = _parse_value(value.strip())
     for key in reversed(keys):
         table = {key: table}
-    return table  # type: ignore[no-any-return]
+    return table
 
 
 def _parse_value(text: str) -> Any:
@@ -111,7 +111,6 @@ def _parse_value(text: str) -> Any:
     return parsed["value"] if len(parsed) == 1 else text
 
 
-@cache
 def field_hints(kind: type) -> dict[str, Any]:
     """Annotations of a settings dataclass by field, constraints included."""
     hints = get_type_hints(kind, include_extras=True)
@@ -129,8 +128,7 @@ def _checked(value: Any, hint: Any, name: str) -> Any:
     try:
         return _adapter(hint).validate_python(_tuples(value), strict=True)
     except ValidationError as error:
-        shown = value if not isinstance(value, (list, dict)) else str(value).replace("'", "")
-        raise SettingsError(f"{name}: must be {accepts(hint)}, not {shown!r} ({documentation(hint)})") from error
+        raise SettingsError(f"{name} must be {accepts(hint)}, not {value!r}") from error
 
 
 @cache

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import Ge, Gt, Interval, Le, Lt
 from typing_extensions import Doc
 
-NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
+COUNTS = {1: "one", 2: "two", 3: "three", 4: "four"}
 
 
 def accepts(hint: Any) -> str:
@@ -46,16 +46,18 @@ def unwrap(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _several(args: tuple[Any, ...]) -> str:
-    """A tuple: "[a, b]" if its members are tuples, else so many numbers."""
+    """A tuple, written as TOML's arrays: "[a, b]" if its members are tuples, else so many numbers."""
     inner = unwrap(args[0])[0]
     if get_origin(inner) is tuple:
         return "[" + ", ".join(accepts(a) for a in args) + "]"
     noun = accepts(args[0]).removeprefix("a ").replace("number", "numbers", 1)
-    return f"{NUMBERS.get(len(args), str(len(args)))} {noun}"
+    return f"{COUNTS.get(len(args), str(len(args)))} {noun}"
 
 
 def _scalar(kind: Any) -> str:
-    return {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}.get(kind, str(kind))
+    return {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}.get(
+        kind, str(kind)
+    )
 
 
 def _range(extras: tuple[Any, ...]) -> str:
@@ -71,11 +73,16 @@ def _range(extras: tuple[Any, ...]) -> str:
         if isinstance(extra, (Interval, Lt)):
             below = extra.lt
     if low is not None and high is not None:
-        return f" from {low:g} to {high:g}" if max(abs(low), abs(high)) < 1e5 else f" from {low} to {high}"
+        return f" from {_figure(low)} to {_figure(high)}"
     words = [
-        *([f"{low:g} or more"] if low is not None else []),
-        *([f"above {above:g}"] if above is not None else []),
-        *([f"{high:g} or less"] if high is not None else []),
-        *([f"below {below:g}"] if below is not None else []),
+        *([f"of {_figure(low)} or more"] if low is not None else []),
+        *([f"above {_figure(above)}"] if above is not None else []),
+        *([f"of {_figure(high)} or less"] if high is not None else []),
+        *([f"below {_figure(below)}"] if below is not None else []),
     ]
-    return ", " + " and ".join(words) if words else ""
+    return " " + " and ".join(words) if words else ""
+
+
+def _figure(bound: Any) -> str:
+    """A bound, without a fraction that says nothing."""
+    return str(bound) if isinstance(bound, int) else f"{bound:g}"

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ddgi import __version__
 from ddgi.backend import use_backend
 from ddgi.errors import OutputError
 from ddgi.frame import Frame
 from ddgi.passes import tone as tones
-from ddgi import __version__
 
 if TYPE_CHECKING:
     import mitsuba as mi

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from inspect import getdoc
+from textwrap import wrap
 from typing import Any
 
 import tomlkit
@@ -11,6 +12,9 @@ import tomlkit
 from ddgi.config import NOTHING, field_hints
 from ddgi.constraints import accepts, documentation
 from ddgi.settings import RenderSettings
+
+WIDTH = 98
+"""Longest comment [characters]."""
 
 SUMMARIES = {
     "default": "ours: whatever measures best",
@@ -40,7 +44,9 @@ def _add_fields(container: Any, settings: Any) -> None:
             _add_fields(table, value)
             container.add(name, table)
             continue
-        container.add(tomlkit.comment(f"{documentation(hint)}; {accepts(hint)}, default {_plain(field.default)}"))
+        default = tomlkit.item(_plain(field.default)).as_string()
+        for line in wrap(f"{documentation(hint)}; {accepts(hint)}; default: {default}", WIDTH):
+            container.add(tomlkit.comment(line))
         container.add(name, _plain(value))
 
 

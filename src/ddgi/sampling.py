@@ -12,8 +12,9 @@ import drjit as dr
 import mitsuba as mi
 
 # One stream per use of randomness.
-ROTATION, PROBE_LIGHT, PROBE_ALPHA, PROBE_TAP, PROBE_PATH, PIXEL, PIXEL_LIGHT, PIXEL_ALPHA, ROUNDING = range(9)
+ROTATION, PROBE_LIGHT, PROBE_ALPHA, PROBE_TAP, PROBE_PATH, PIXEL, PIXEL_LIGHT, PIXEL_ALPHA, ROUNDING, WALLS = range(10)
 _STREAMS = 64
+_GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 
 @dataclass
 class Clock:
@@ -45,3 +46,12 @@ def low_discrepancy_2d(time: Clock, stream: int, index: mi.UInt32, sample: mi.UI
     key = (time.seed * 0x9E3779B1) ^ stream
     a, b = mi.sample_tea_32(index, key)
     return mi.Point2f(mi.radical_inverse_2(sample, a), mi.sobol_2(sample, b))
+
+
+def low_discrepancy(time: Clock, stream: int, index: mi.UInt32, sample: mi.UInt32) -> mi.Float:
+    """Point number `sample` of the golden-ratio sequence on [0, 1), shifted at random per index.
+
+    Independent of the pairs of `low_discrepancy_2d`, of which it may serve as third dimension.
+    """
+    start, _ = mi.sample_tea_32(index, (time.seed * 0x9E3779B1) ^ (stream + _STREAMS))
+    return mi.Float((start + sample * _GOLDEN) >> 8) * 2.0**-24

@@ -50,7 +50,9 @@ _published = replace(
     _default,
     gather=replace(_default.gather, taps="bilinear"),
     blend=replace(_default.blend, warm_up=0, gamma=1.0),
-    query=replace(_default.query, sqrt_blending=False),
+    query=replace(
+        _default.query, sqrt_blending=False, wrap_offset=0.2, visibility_floor=0.05
+    ),
     direct=replace(_default.direct, area="field", environment="field"),
 )
 
@@ -62,6 +64,7 @@ _scale = replace(
 
 _blog = replace(
     _published,
+    rays=replace(_published.rays, per_probe=192),  # "192 is a good default"
     # Texture sizes include the border there: 6x6 and 16x16 (papers disagree on counting).
     volume=replace(_published.volume, irradiance_size=4, distance_size=14, irradiance_format="r11g11b10", distance_format="float16"),
     # BLOG precedes the self-shadow bias and the shortened back faces of SCALE.
@@ -81,7 +84,7 @@ _ctu = replace(
         chebyshev_exponent=1.0,  # eq. 4.9
         visibility_floor=0.0,
         bias="ctu",
-        bias_scale=0.25,  # eq. 4.11; k_n is a constant in [0, 1]
+        bias_scale=0.25,  # eq. 4.11; k_n is "in [0, 1]", no value is given
     ),
 )
 

@@ -117,11 +117,18 @@ def hand_made(
 
 
 def _lanes(maps: np.ndarray) -> list[mi.Float]:
-    return [mi.Float(np.ascontiguousarray(maps[..., c].ravel(), np.float32)) for c in range(maps.shape[-1])]
+    return [floats(maps[..., c].ravel()) for c in range(maps.shape[-1])]
+
+
+def floats(array) -> mi.Float:
+    """NumPy to Dr.Jit, moved into Dr.Jit's own memory: kernels are compiled per alignment."""
+    out = mi.Float(np.ascontiguousarray(array, np.float32)) * dr.opaque(mi.Float, 1)
+    dr.eval(out)
+    return out
 
 
 def points(array) -> mi.Point3f:
-    return mi.Point3f(*(mi.Float(np.ascontiguousarray(c, np.float32)) for c in np.asarray(array, np.float64).reshape(-1, 3).T))
+    return mi.Point3f(*(floats(c) for c in np.asarray(array, np.float64).reshape(-1, 3).T))
 
 
 def query_at(vol: ProbeVolume, settings: RenderSettings, position, normal, viewer=None, tap=None) -> np.ndarray:

@@ -46,7 +46,7 @@ def test_budget_is_kept_and_used(box, budget):
 
 
 @pytest.mark.parametrize("box", BOXES)
-@pytest.mark.parametrize("margin", [0.0, 0.45, 1.0])
+@pytest.mark.parametrize("margin", [-0.1, 0.0, 0.45, 1.0])
 def test_margin_is_exact_for_budget_and_counts(box, margin):
     for s in (grid.Settings(margin=margin), grid.Settings(margin=margin, counts=(9, 7, 8))):
         g = grid.fit(box, s)
@@ -71,7 +71,7 @@ def test_spacing_is_taken_as_given(box):
 
 
 def test_counts_and_spacing_together():
-    g = grid.fit(BOXES[0], grid.Settings(counts=(3, 4, 5), spacing=0.25))
+    g = grid.fit(BOXES[0], grid.Settings(counts=(3, 4, 5), spacing=0.25, margin=0.0))
     origin, spacing = numbers(g)
     assert g.counts == (3, 4, 5)
     assert np.allclose(spacing, 0.25)
@@ -98,7 +98,8 @@ def test_every_probe_inside_the_widened_box(box, s):
     at = everywhere(g)
     slack = 1e-5 * np.abs([low, high]).max() + 1e-4 * spacing
     # Counts are whole: from a budget, an axis thinner than the step reaches up to half a spacing further.
-    reach = (s.margin + (0.5 if s.counts is None else 0.0)) * spacing
+    margin = 0.5 if s.margin is None else s.margin  # none: wherever the walls allow
+    reach = (margin if s.counts is not None else margin + 0.5) * spacing
     if s.counts is not None:
         reach = np.where(high > low, reach, 3 * spacing)  # a flat side: a token thickness
     assert (at >= low - reach - slack).all()

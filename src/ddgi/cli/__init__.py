@@ -14,6 +14,7 @@ import click
 
 from ddgi import __version__
 from ddgi.cli.bench import bench
+from ddgi.cli.interrupts import noticing_interrupts
 from ddgi.cli.listings import presets, scenes
 from ddgi.cli.render import render
 from ddgi.errors import DDGIError
@@ -38,25 +39,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Without the program's name; by default those of the process.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        code = commands.main(args=given, prog_name="ddgi", standalone_mode=False)
-        sys.stdout.flush()
-        return code if isinstance(code, int) else 0
-    except click.UsageError as error:
-        return _end(_usage_text(error), MISUSED)
-    except (click.Abort, KeyboardInterrupt):
-        return _end("interrupted", INTERRUPTED)
-    except BrokenPipeError:
-        # Whoever read our output has enough of it; point stdout away so that exiting cannot fail too.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
-    except DDGIError as error:
-        return _end(f"error: {error}", FAILED, given)
-    except MemoryError:
-        return _end("error: out of memory: render smaller or use fewer probes", FAILED, given)
-    except Exception as error:
-        text = f"error: unexpected {type(error).__name__}: {error} (run again with --debug to see where)"
-        return _end(text, FAILED, given)
+    with noticing_interrupts() as interrupted:
+        try:
+            code = commands.main(args=given, prog_name="ddgi", standalone_mode=False)
+            sys.stdout.flush()
+            return code if isinstance(code, int) else 0
+        except BrokenPipeError:
+            # Whoever read our output has enough of it; point stdout away so that exiting cannot fail too.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return FAILED
+        except (Exception, KeyboardInterrupt) as error:
+            if interrupted.is_set() or isinstance(error, (click.Abort, KeyboardInterrupt)):
+                return _end("interrupted", INTERRUPTED, given)
+            return _end(_text(error), MISUSED if isinstance(error, click.UsageError) else FAILED, given)
+
+
+def _text(error: Exception) -> str:
+    """What to print about an error."""
+    match error:
+        case click.exceptions.NoArgsIsHelpError():
+            return "error: say what to do: render, scenes, presets or bench (see ddgi --help)"
+        case click.UsageError():
+            return _usage_text(error)
+        case DDGIError():
+            return f"error: {error}"
+        case MemoryError():
+            return "error: out of memory: render smaller or use fewer probes"
+    return f"error: unexpected {type(error).__name__}: {error} (run again with --debug to see where)"
 
 
 def _usage_text(error: click.UsageError) -> str:

@@ -1,4 +1,4 @@
-"""What options take besides numbers and words: sizes, points, colours, lamps."""
+"""What options take besides numbers and words: sizes, points, directions, colours."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-Lamp = dict[str, Any]
+MAX_SIDE = 65536
+"""Most pixels along one side of a picture."""
 
 
 class Size(click.ParamType):
@@ -15,12 +16,14 @@ class Size(click.ParamType):
 
     name = "WxH"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
         """(width, height)."""
         if isinstance(value, tuple):
             return value
         width, _, height = value.lower().partition("x")
-        if not (_is_count(width) and _is_count(height)):
+        if not (_is_side(width) and _is_side(height)):
             self.fail(f"{value!r} is not a size such as 640x360.", param, ctx)
         return int(width), int(height)
 
@@ -31,73 +34,62 @@ class Numbers(click.ParamType):
     def __init__(self, count: int, name: str) -> None:
         self.count, self.name = count, name
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
         """The numbers."""
         if isinstance(value, tuple):
             return value
         numbers = parse_numbers(value)
         if numbers is None or len(numbers) != self.count:
-            self.fail(f"{value!r} is not {self.count} finite numbers ({self.name}).", param, ctx)
+            self.fail(f"{value!r} is not {self.count} finite numbers, separated by commas.", param, ctx)
         return numbers
-
-
-class Sky(click.ParamType):
-    """`sunsky`, or the colour of an even sky."""
-
-    name = "sunsky|R,G,B"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str | tuple[float, ...]:
-        """The word, or three numbers."""
-        if value == "sunsky" or isinstance(value, tuple):
-            return value
-        numbers = parse_numbers(value)
-        if numbers is None or len(numbers) != 3:
-            self.fail(f"{value!r} is neither sunsky nor three finite numbers.", param, ctx)
-        return numbers
-
-
-class PointLight(Numbers):
-    """A point light: where [m], and its intensity [W/sr]."""
-
-    def __init__(self) -> None:
-        super().__init__(6, "X,Y,Z,R,G,B")
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As a Mitsuba dictionary."""
-        numbers = super().convert(value, param, ctx)
-        return {"type": "point", "position": list(numbers[:3]), "intensity": _rgb(numbers[3:])}
 
 
 class SpotLight(Numbers):
-    """A spot light: where and towards where [m], its intensity [W/sr] and cutoff angle [degrees]."""
+    """A spot light: where it stands and points [m], intensity [W/sr] and cutoff angle [degrees]."""
 
     def __init__(self) -> None:
-        super().__init__(10, "X,Y,Z,TX,TY,TZ,R,G,B,ANGLE")
+        super().__init__(10, "FROM,TO,R,G,B,ANGLE")
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As a description; `lamp` makes it a Mitsuba dictionary once a backend is there."""
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        """The numbers, if they make sense together."""
         numbers = super().convert(value, param, ctx)
-        origin, target, angle = numbers[:3], numbers[3:6], numbers[9]
-        if origin == target:
-            self.fail("a spot light must point somewhere: its target is where it stands.", param, ctx)
-        if not 0 < angle < 90:
-            self.fail(f"a spot light's cutoff angle must lie between 0 and 90 degrees, not {angle:g}.", param, ctx)
-        return {
-            "type": "spot", "origin": origin, "target": target,
-            "intensity": _rgb(numbers[6:9]), "cutoff_angle": angle,
-        }  # fmt: skip
+        if numbers[:3] == numbers[3:6]:
+            self.fail("a spot light cannot point at where it stands.", param, ctx)
+        if not 0 < numbers[9] < 90:
+            self.fail(f"the cutoff angle must lie between 0 and 90 degrees, not {numbers[9]:g}.", param, ctx)
+        return numbers
 
 
-def lamp(light: Lamp) -> Lamp:
-    """A light from the command line as `load_scene` takes it."""
-    if light["type"] != "spot":
-        return light
-    import mitsuba as mi
+class Word(click.ParamType):
+    """One of some words, or three numbers."""
 
-    light = dict(light)
-    origin, target = light.pop("origin"), light.pop("target")
-    across = [0.0, 0.0, 1.0] if abs(target[2] - origin[2]) < 0.9 * math.dist(origin, target) else [0.0, 1.0, 0.0]
-    return light | {"to_world": mi.ScalarTransform4f().look_at(origin=origin, target=target, up=across)}
+    def __init__(self, words: tuple[str, ...], name: str) -> None:
+        self.words, self.name = words, name
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | tuple[float, ...]:
+        """The word or the numbers."""
+        if isinstance(value, tuple) or value in self.words:
+            return value
+        numbers = parse_numbers(value)
+        if numbers is None or len(numbers) != 3:
+            self.fail(f"{value!r} is neither {', '.join(self.words)} nor three finite numbers.", param, ctx)
+        return numbers
+
+
+def Sky() -> Word:  # noqa: N802 - reads as the type that it makes
+    """Mitsuba's model of a clear sky, or the radiance of an even one."""
+    return Word(("sunsky",), "sunsky|R,G,B")
+
+
+def Up() -> Word:  # noqa: N802
+    """An axis, or a vector."""
+    return Word(("x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"), "AXIS|X,Y,Z")
 
 
 def parse_numbers(text: str) -> tuple[float, ...] | None:
@@ -109,9 +101,5 @@ def parse_numbers(text: str) -> tuple[float, ...] | None:
     return numbers if all(map(math.isfinite, numbers)) else None
 
 
-def _rgb(values: tuple[float, ...]) -> Lamp:
-    return {"type": "rgb", "value": list(values)}
-
-
-def _is_count(text: str) -> bool:
-    return text.isascii() and text.isdecimal() and 0 < int(text) <= 65536
+def _is_side(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and 0 < int(text) <= MAX_SIDE

@@ -23,8 +23,10 @@ from ddgi.lighting.lights import (
     area_light,
     delta_light,
     environment_light,
+    from_delta,
+    pick_area_light,
 )
-from ddgi.sampling import Clock, low_discrepancy_2d
+from ddgi.sampling import Clock, low_discrepancy, low_discrepancy_2d
 from ddgi.trace.surface import Surface, offset_origin
 from ddgi.trace.tracer import Tracer
 
@@ -40,7 +42,7 @@ class Settings:
 
     area: Annotated[Source, Doc("area lights: sampled with shadow rays, or left to the probes")] = "sampled"
     environment: Annotated[Source, Doc("the environment: sampled with shadow rays, or left to the probes")] = "field"
-    camera_samples: Annotated[int, Interval(ge=1, le=256), Doc("shadow rays per pixel and frame to sampled lights of each kind")] = 1
+    camera_samples: Annotated[int, Interval(ge=1, le=256), Doc("shadow rays per pixel and frame to sampled lights of each kind")] = 4
     probe_samples: Annotated[int, Interval(ge=1, le=64), Doc("shadow rays per probe hit to sampled lights of each kind")] = 1
 
 
@@ -88,7 +90,7 @@ def direct_light(
             # Points of one low-discrepancy sequence over the samples of a frame and over frames.
             sequence = time.tick * samples + number
             point = low_discrepancy_2d(time, stream, lane * 2 + kind, sequence)
-            light = draw(lights, surface, point, lane + sequence)
+            light = draw(lights, surface, point, low_discrepancy(time, stream, lane * 2 + kind, sequence))
             light.power *= 1 / samples
             out = _add(out, tracer, surface, light, specular)
     return out
@@ -98,12 +100,13 @@ def _add_delta_lights(out, tracer, lights, surface, specular) -> Reflected:
     count = lights.delta.count
     if count <= UNROLLED_LIGHTS:
         for number in range(count):
-            light = delta_light(lights.delta, mi.UInt32(number), surface.position)
-            out = _add(out, tracer, surface, light, specular)
+            row = delta_light(lights.delta, mi.UInt32(number))
+            dr.eval(row)  # scalars in memory: else every lane would gather the row for itself
+            out = _add(out, tracer, surface, from_delta(row, surface.position), specular)
         return out
 
     def body(number, irradiance, radiance):
-        light = delta_light(lights.delta, number, surface.position)
+        light = from_delta(delta_light(lights.delta, number), surface.position)
         got = _add(Reflected(irradiance, radiance), tracer, surface, light, specular)
         return number + 1, got.irradiance, got.specular
 
@@ -113,15 +116,17 @@ def _add_delta_lights(out, tracer, lights, surface, specular) -> Reflected:
     return Reflected(irradiance, radiance)
 
 
-def _area_sample(lights: Lights, surface: Surface, point, turn) -> LightSample:
-    """One point on one emitter; points take the emitters in turn, so each gets its share."""
-    number = turn % lights.area_count
-    light = area_light(lights, number, surface.position, point, surface.lit)
-    light.power *= lights.area_count
+def _area_sample(lights: Lights, surface: Surface, point: mi.Point2f, choice: mi.Float) -> LightSample:
+    """One point on one emitter."""
+    if lights.area_count == 1:
+        return area_light(lights, mi.UInt32(0), surface.position, point, surface.lit)
+    number, chance = pick_area_light(lights, surface.position, choice)
+    light = area_light(lights, number, surface.position, point, surface.lit & (chance > 0))
+    light.power /= at_least(chance, 1e-12)
     return light
 
 
-def _environment_sample(lights: Lights, surface: Surface, point, turn) -> LightSample:
+def _environment_sample(lights: Lights, surface: Surface, point: mi.Point2f, choice: mi.Float) -> LightSample:
     return environment_light(lights, surface.position, point, surface.lit)
 
 

@@ -36,6 +36,8 @@ class Lights:
     delta: DeltaLights
     area: mi.EmitterPtr | None        # (A,) area emitters to sample, None without any
     area_count: int
+    area_bounds: mi.Float             # (4 A,) sphere around each: centre x y z, radius [m]
+    area_power: mi.Float              # (A,) emitted radiance times area, luminance [W/sr]
     environment: mi.Emitter | None    # constant or envmap, what rays that leave the scene see
 
 
@@ -48,26 +50,42 @@ class LightSample:
     power: mi.Color3f       # (N,) irradiance facing the light, divided by the sampling density
 
 
-def delta_light(lights: DeltaLights, number: mi.UInt32, position: mi.Point3f) -> LightSample:
-    """Point, spot or directional light `number`, as seen from points. position: (N,) [m].
+@dataclass
+class DeltaLight:
+    """One row of `DeltaLights`; fields as there."""
+
+    kind: mi.UInt32
+    position: mi.Vector4f
+    direction: mi.Vector4f
+    intensity: mi.Vector4f
+    cone: mi.Vector2f
+
+
+def delta_light(lights: DeltaLights, number: mi.UInt32) -> DeltaLight:
+    """Row `number` of the table."""
+    return DeltaLight(
+        dr.gather(mi.UInt32, lights.kind, number),
+        dr.gather(mi.Vector4f, lights.position, number),
+        dr.gather(mi.Vector4f, lights.direction, number),
+        dr.gather(mi.Vector4f, lights.intensity, number),
+        dr.gather(mi.Vector2f, lights.cone, number),
+    )
+
+
+def from_delta(light: DeltaLight, position: mi.Point3f) -> LightSample:
+    """A point, spot or directional light as seen from points. position: (N,) [m].
 
     A spot light falls off as Mitsuba's: linearly in the angle, from its beam width to its cutoff.
     """
-    kind = dr.gather(mi.UInt32, lights.kind, number)
-    place = dr.gather(mi.Vector4f, lights.position, number)
-    axis = dr.gather(mi.Vector4f, lights.direction, number)
-    light = dr.gather(mi.Vector4f, lights.intensity, number)
-    cone = dr.gather(mi.Vector2f, lights.cone, number)
-    distant = kind == DIRECTIONAL
-
-    to_light = mi.Point3f(place.x, place.y, place.z) - position
+    distant = light.kind == DIRECTIONAL
+    to_light = mi.Point3f(light.position.xyz) - position
     distance2 = at_least(dr.squared_norm(to_light), 1e-12)
-    axis = mi.Vector3f(axis.x, axis.y, axis.z)
+    axis = mi.Vector3f(light.direction.xyz)
     direction = dr.select(distant, -axis, to_light * dr.rsqrt(distance2))
     angle = dr.acos(clamp(dr.dot(-direction, axis), -1, 1))
-    spot = dr.select(kind == SPOT, clamp((cone.x - angle) * cone.y, 0, 1), 1)
+    spot = dr.select(light.kind == SPOT, clamp((light.cone.x - angle) * light.cone.y, 0, 1), 1)
     falloff = dr.select(distant, 1, dr.rcp(distance2)) * spot
-    power = mi.Color3f(light.x, light.y, light.z) * falloff
+    power = mi.Color3f(light.intensity.xyz) * falloff
     return LightSample(direction, dr.select(distant, dr.inf, dr.sqrt(distance2)), power)
 
 
@@ -75,6 +93,40 @@ def area_light(lights: Lights, number: mi.UInt32, position, sample: mi.Point2f, 
     """A point on area emitter `number`, one of `lights.area_count`, picked by two uniform numbers."""
     emitter = dr.gather(mi.EmitterPtr, lights.area, number, active)
     return _sample_emitter(emitter, position, sample, active)
+
+
+def pick_area_light(lights: Lights, position: mi.Point3f, u: mi.Float) -> tuple[mi.UInt32, mi.Float]:
+    """Pick the area emitter to sample, those that are bright and near more often.
+
+    A light is picked in proportion to its power over its squared distance: with equal chances,
+    the many lamps of a large building would drown a room in the noise of other rooms' lamps.
+
+    Args:
+        lights: At least one area emitter.
+        position: (N,) points to be lit [m].
+        u: (N,) uniform numbers.
+
+    Returns:
+        (N,) number of the emitter, and the chance it had.
+    """
+
+    def body(number, total, picked, share, u):
+        sphere = dr.gather(mi.Vector4f, lights.area_bounds, number)
+        distance2 = dr.squared_norm(mi.Point3f(sphere.xyz) - position)
+        weight = dr.gather(mi.Float, lights.area_power, number) / at_least(distance2, dr.square(sphere.w))
+        total = total + weight
+        chance = weight / at_least(total, 1e-30)
+        take = u < chance
+        # What is left of the random number is uniform again, whichever way it fell.
+        u = dr.select(take, u / at_least(chance, 1e-30), (u - chance) / at_least(1 - chance, 1e-30))
+        return number + 1, total, dr.select(take, number, picked), dr.select(take, weight, share), u
+
+    width = dr.width(position)
+    start = (mi.UInt32(0), dr.zeros(mi.Float, width), dr.zeros(mi.UInt32, width), dr.zeros(mi.Float, width), u)
+    _, total, picked, share, _ = dr.while_loop(
+        start, lambda number, *_: number < lights.area_count, body, label="pick an area light"
+    )
+    return picked, share / at_least(total, 1e-30)
 
 
 def environment_light(lights: Lights, position, sample: mi.Point2f, active) -> LightSample:

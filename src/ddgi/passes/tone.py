@@ -10,6 +10,7 @@ from annotated_types import Interval
 from typing_extensions import Doc
 
 MIDDLE_GREY = 0.18
+METERED = (50, 95)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,9 +25,14 @@ class Settings:
 
 
 def automatic_exposure(radiance: np.ndarray) -> float:
-    """Stops that bring the log-mean luminance of a picture to middle grey. radiance: (H, W, 3)."""
-    luminance = np.nan_to_num(radiance @ np.array([0.2126, 0.7152, 0.0722], np.float32), posinf=0)
-    seen = luminance[luminance > 1e-6 * max(float(luminance.max()), 1e-30)]
+    """Stops that bring the log-mean luminance of a picture to middle grey. radiance: (H, W, 3).
+
+    Only the pixels between `METERED` percentiles count: neither black corners nor lamps and sunlit
+    patches should decide how bright the rest is.
+    """
+    luminance = np.nan_to_num(radiance @ np.array([0.2126, 0.7152, 0.0722], np.float32), posinf=0).ravel()
+    low, high = np.percentile(luminance, METERED)
+    seen = luminance[(luminance >= low) & (luminance <= high) & (luminance > 0)]
     if seen.size == 0:
         return 0.0
     return float(np.clip(np.log2(MIDDLE_GREY) - np.mean(np.log2(seen)), -64, 64))

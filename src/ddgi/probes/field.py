@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.backend import use_backend
-from ddgi.probes import formats, grid, query, volume
+from ddgi.probes import formats, grid, query, volume, walls
 from ddgi.probes.volume import ProbeVolume
 
 if TYPE_CHECKING:
@@ -33,7 +33,9 @@ class IrradianceField:
             SettingsError: The volume is impossible, or needs more memory than `grid.memory_limit`.
         """
         use_backend()
-        layout = grid.fit(scene.box, settings.grid)
+        box = settings.grid.box or scene.box
+        seen = walls.find(scene.tracer, box) if settings.grid.margin is None else None
+        layout = grid.fit(box, settings.grid, seen)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
 
@@ -58,9 +60,11 @@ def irradiance(
     active: mi.Bool,
     layout: volume.Settings,
     s: query.Settings,
+    view_distance: mi.Float | None = None,
 ) -> mi.Color3f:
-    """Irradiance E [W/m^2] at oriented points; see `query.irradiance`."""
-    return query.irradiance(field.volumes[0], position, normal, to_viewer, active, layout, s)
+    """Irradiance E [W/m^2] at oriented points; arguments as of `query.irradiance`."""
+    vol = field.volumes[0]
+    return query.irradiance(vol, position, normal, to_viewer, active, layout, s, None, view_distance)
 
 
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
@@ -80,6 +84,6 @@ def distance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray
 
 
 def _texels(store, fmt: formats.Format, size: int) -> np.ndarray:
-    count = dr.width(store) // len(fmt.packet())
+    count = dr.width(store) // dr.size_v(fmt.packet())
     value = formats.read(fmt, store, dr.arange(mi.UInt32, count), mi.Bool(True))
     return np.array(value).T.reshape(-1, size + 2, size + 2, len(value))[:, 1:-1, 1:-1]

@@ -39,7 +39,7 @@ def _scalar(packet: type) -> type:
 def allocate(fmt: Format, texels: int) -> Any:
     """A flat array of `texels` zero texels, in memory (not a literal)."""
     packet = fmt.packet()
-    return dr.opaque(_scalar(packet), 0, texels * len(packet()))
+    return dr.opaque(_scalar(packet), 0, texels * dr.size_v(packet))
 
 
 def read(fmt: Format, store: Any, texel: mi.UInt32, active: mi.Bool) -> Any:

@@ -107,7 +107,7 @@ def _feedback(vol, surface: Surface, time: Clock, s: Settings, q: query.Settings
         lane = dr.arange(mi.UInt32, dr.width(surface.distance))
         tap = sampling.uniform_2d(time, sampling.PROBE_TAP, lane)
     return query.irradiance(
-        vol, surface.position, surface.normal, surface.to_viewer, surface.lit, layout, q, tap
+        vol, surface.position, surface.normal, surface.to_viewer, surface.lit, layout, q, tap, surface.distance
     )
 
 

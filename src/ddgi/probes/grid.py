@@ -18,6 +18,7 @@ from typing_extensions import Doc
 
 from ddgi.extrema import at_most
 from ddgi.errors import SettingsError
+from ddgi.probes.walls import Walls, best_margins
 
 Triple = tuple[float, float, float]
 Box = tuple[Triple, Triple]
@@ -38,10 +39,10 @@ class Settings:
     ] = None
     budget: Annotated[int, Interval(ge=8, le=4_194_304), Doc("most probes to place when neither counts nor spacing are given")] = 2048
     margin: Annotated[
-        float, Interval(ge=0, le=4),
-        Doc("how far the grid reaches beyond the box on each side, in spacings; just under a half keeps "
-            "planes of probes out of axis-aligned walls and the walls themselves inside the grid"),
-    ] = 0.45
+        Annotated[float, Interval(ge=-0.45, le=4)] | None,
+        Doc("how far the grid reaches beyond the box on each side, in spacings: -0.1 puts the outermost probes just "
+            "inside walls at the box's faces, 0 in them, 0.45 behind them; none: fitted to the walls of the scene"),
+    ] = None
     memory_limit: Annotated[float, Ge(1), Doc("most memory the field may need [MB]")] = 4096.0
 
 
@@ -82,13 +83,13 @@ class ProbeGrid:
         return dr.fma(cell, self.spacing, self.origin)
 
 
-def fit(box: Box, s: Settings) -> ProbeGrid:
+def fit(box: Box, s: Settings, walls: list[Walls] | None = None) -> ProbeGrid:
     """Lay a grid over a box, after the settings.
 
     Args:
         box: The scene's box of interest [m]; `s.box` overrides it.
-        s: Counts win over spacing, spacing over the budget. The grid is centred on the box and
-            reaches `margin` spacings beyond it.
+        s: Counts win over spacing, spacing over the budget.
+        walls: The walls across each axis (`walls.find`), for a margin of none.
 
     Raises:
         SettingsError: The box is empty or not finite, or counts are below 2.
@@ -96,47 +97,59 @@ def fit(box: Box, s: Settings) -> ProbeGrid:
     low, high = s.box or box
     extent = [h - l for l, h in zip(low, high, strict=True)]
     if not all(map(math.isfinite, (*low, *high))) or min(extent) < 0 or max(extent) <= 0:
-        raise SettingsError(f"volume.box must be finite and have its low corner below the high one: {low} {high}")
-    counts, spacing = _lay_out(extent, s)
-    middle = [(l + h) / 2 for l, h in zip(low, high, strict=True)]
-    origin = [m - d * (n - 1) / 2 for m, d, n in zip(middle, spacing, counts, strict=True)]
-    return ProbeGrid(counts, dr.opaque(mi.Point3f, origin), dr.opaque(mi.Vector3f, spacing))
+        raise SettingsError(f"grid.box must be finite and have its low corner below the high one: {low} {high}")
+    counts = _counts(extent, s)
+    if min(counts) < 2:
+        raise SettingsError(f"grid.counts must be 2 or more along each axis: {counts}")
+    axes = [
+        _planes(low[a], high[a], counts[a], max(extent) * FLAT, s, walls[a] if walls else None) for a in range(3)
+    ]
+    first, spacing = zip(*axes, strict=True)
+    return ProbeGrid(counts, dr.opaque(mi.Point3f, list(first)), dr.opaque(mi.Vector3f, list(spacing)))
 
 
-def _lay_out(extent: list[float], s: Settings) -> tuple[tuple[int, int, int], list[float]]:
-    """Counts and spacing of a grid over a box of this extent."""
+FLAT = 1e-3
+"""A box flatter than this share of its longest side is lit as if it were that thick."""
+
+
+def _planes(low: float, high: float, count: int, smallest: float, s: Settings, walls: Walls | None):
+    """First plane and spacing along one axis [m]."""
+    low, high = (low, high) if high - low >= smallest else ((low + high - smallest) / 2, (low + high + smallest) / 2)
+    if s.spacing is not None and s.counts is None:
+        return (low + high - s.spacing * (count - 1)) / 2, s.spacing
+    below = above = -0.1 if s.margin is None else s.margin
+    if s.margin is None and walls is not None:
+        below, above = best_margins(walls, low, high, count)
+    spacing = s.spacing or (high - low) / max(count - 1 - below - above, 0.5)
+    return low - below * spacing, spacing
+
+
+def _counts(extent: list[float], s: Settings) -> tuple[int, int, int]:
+    """Probes along each axis: as set, for the spacing set, or as many as the budget allows."""
     if s.counts is not None:
-        if min(s.counts) < 2:
-            raise SettingsError(f"volume.counts must be 2 or more along each axis: {s.counts}")
-        # (n - 1) spacings cover the extent and a margin on both sides.
-        smallest = max(extent) * 1e-3
-        spacing = [
-            s.spacing or max(e, smallest) / max(n - 1 - 2 * s.margin, 0.5)
-            for e, n in zip(extent, s.counts, strict=True)
-        ]
-        return s.counts, spacing
-    step = s.spacing or _spacing_for(extent, s)
-    counts = _counts_for(extent, step, s.margin)
+        return s.counts
     if s.spacing is not None:
-        return counts, [step] * 3
-    # The budget fixes the counts; shrink each axis a little so that its margin is exact. A flat
-    # axis keeps the step: its two planes then stand one step apart.
-    exact = [e / max(n - 1 - 2 * s.margin, 0.5) for e, n in zip(extent, counts, strict=True)]
-    return counts, [d if d > step / 2 else step for d in exact]
-
-
-def _counts_for(extent: list[float], step: float, margin: float) -> tuple[int, int, int]:
-    needed = (max(2, math.ceil(e / step + 2 * margin - 1e-6) + 1) for e in extent)
-    return tuple(needed)  # type: ignore[return-value]
-
-
-def _spacing_for(extent: list[float], s: Settings) -> float:
-    """Smallest cubic spacing whose grid stays within the budget (bisection)."""
+        return _counts_for(extent, s.spacing, s.margin)
     low, high = max(extent) * 1e-4, max(extent) * 2
-    for _ in range(60):
+    for _ in range(60):  # bisect for the smallest cubic spacing within the budget
         middle = math.sqrt(low * high)
         if math.prod(_counts_for(extent, middle, s.margin)) > s.budget:
             low = middle
         else:
             high = middle
-    return high
+    return _fill(list(_counts_for(extent, high, s.margin)), extent, s.budget)
+
+
+def _fill(counts: list[int], extent: list[float], budget: int) -> tuple[int, int, int]:
+    """Spend what rounding left of the budget: more planes across the axes with the widest cells."""
+    by_width = lambda a: extent[a] / (counts[a] - 1)  # noqa: E731
+    for axis in sorted(range(3), key=by_width, reverse=True):
+        if math.prod(counts) // counts[axis] * (counts[axis] + 1) <= budget:
+            counts[axis] += 1
+    return counts[0], counts[1], counts[2]
+
+
+def _counts_for(extent: list[float], step: float, margin: float | None) -> tuple[int, int, int]:
+    beyond = 2 * (margin or 0.0)
+    x, y, z = (max(2, math.ceil(e / step + beyond - 1e-6) + 1) for e in extent)
+    return x, y, z

@@ -31,11 +31,11 @@ class Settings:
         Doc("how probes behind the surface count: ((cos + 1)/2)^2 (2019 paper, MFF eq. 3.3); "
             "((cos + a)/(1 + a))^(1 + a) (CTU eq. 4.4); max(cos, 0) (MFF eq. 3.1); or not at all"),
     ] = "half_cosine"
-    wrap_offset: Annotated[float, Interval(ge=0, le=1), Doc("added to half_cosine: 0.2 in the 2019 paper, 0 in MFF")] = 0.2
+    wrap_offset: Annotated[float, Interval(ge=0, le=1), Doc("added to half_cosine: 0.2 in the 2019 paper, 0 in MFF")] = 0.0
     wrap_a: Annotated[float, Interval(ge=0, le=1), Doc("a of wrap (CTU eq. 4.4)")] = 1.0
     visibility: Annotated[bool, Doc("weight probes by how likely they see the point")] = True
     chebyshev_exponent: Annotated[float, Interval(ge=0.25, le=16), Doc("power of the Chebyshev bound: 3 (MFF listing 3.10), 1 (CTU eq. 4.9)")] = 3.0
-    visibility_floor: Annotated[float, Interval(ge=0, le=1), Doc("least visibility weight of a probe")] = 0.05
+    visibility_floor: Annotated[float, Interval(ge=0, le=1), Doc("least visibility weight of a probe")] = 0.0
     crush: Annotated[float, Interval(ge=0, le=1), Doc("weights w below c become w^3/c^2 (CTU eq. 4.10); 0 switches off")] = 0.2
     bias: Annotated[
         Literal["scale", "ctu", "mff", "off"],
@@ -64,6 +64,7 @@ def irradiance(
     layout: volume.Settings,
     s: Settings,
     tap: mi.Point2f | None = None,
+    view_distance: mi.Float | None = None,
 ) -> mi.Color3f:
     """Irradiance E [W/m^2] that arrives at oriented points, from one volume.
 
@@ -77,6 +78,8 @@ def irradiance(
         s: The weights.
         tap: (N,) uniform numbers. With them each map read takes one texel, picked with the
             bilinear weights, in place of four: right on average, four times fewer reads.
+        view_distance: (N,) length of the ray that found the point [m]. The self-shadow bias moves the
+            point towards the viewer; that far the way is free, beyond it may lead through a wall.
 
     Returns:
         (N,) irradiance; a field of constant radiance L gives pi L.
@@ -84,14 +87,17 @@ def irradiance(
     grid = vol.grid
     base, place = _cell(grid, position)
     corner = dr.fma(base, grid.spacing, grid.origin) - position  # from the point to the cell's first probe
-    shift = _bias(grid, normal, to_viewer, s)
+    shift = _bias(grid, normal, to_viewer, view_distance, s)
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
     at_normal = _texel(direction_to_square(normal), layout.irradiance_size, tap)
+    # The eight probes share their coordinates along each axis in fours: two values an axis.
+    sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]
+    shares = [(1 - place[i], place[i]) for i in range(3)]
     total, weights = mi.Color3f(0), mi.Float(0)
     for k in range(8):
         step = [k & 1, k >> 1 & 1, k >> 2 & 1]
-        to_probe = corner + grid.spacing * mi.Vector3f(step)
+        to_probe = mi.Vector3f([sides[i][step[i]] for i in range(3)])
         probe = first + grid.number(*step)
         weight = _wrap(to_probe, normal, s)
         if s.visibility:
@@ -100,7 +106,7 @@ def irradiance(
         if s.crush > 0:
             weight *= at_most(dr.square(weight / s.crush), 1)
         if s.trilinear:
-            weight *= _trilinear(place, step)
+            weight *= shares[0][step[0]] * shares[1][step[1]] * shares[2][step[2]]
         value = _interpolate(
             formats.IRRADIANCE[layout.irradiance_format], vol.irradiance, layout.irradiance_size, probe, at_normal, active
         )
@@ -118,17 +124,21 @@ def _cell(grid, position):
     return base, clamp(place - base, 0, 1)
 
 
-def _bias(grid, normal, to_viewer, s: Settings) -> mi.Vector3f:
+def _bias(grid, normal, to_viewer, view_distance, s: Settings) -> mi.Vector3f:
     """How far the point is moved before its visibility is tested [m]."""
-    n, v = mi.Vector3f(normal), to_viewer
     match s.bias:
         case "scale":
-            return (n * 0.2 + v * 0.8) * (grid.smallest_spacing * (0.75 * s.bias_scale))
+            unit = grid.smallest_spacing * (0.75 * s.bias_scale)
+            along_normal, along_view = 0.2 * unit, 0.8 * unit
         case "ctu":
-            return (n * 0.8 + v * 0.3) * s.bias_scale
+            along_normal, along_view = mi.Float(0.8 * s.bias_scale), mi.Float(0.3 * s.bias_scale)
         case "mff":
-            return (n + v * 3) * s.bias_scale
-    return mi.Vector3f(0)
+            along_normal, along_view = mi.Float(s.bias_scale), mi.Float(3 * s.bias_scale)
+        case _:
+            return mi.Vector3f(0)
+    if view_distance is not None:
+        along_view = at_most(along_view, view_distance)
+    return mi.Vector3f(normal) * along_normal + to_viewer * along_view
 
 
 def _wrap(to_probe, normal, s: Settings) -> mi.Float:
@@ -162,13 +172,6 @@ def _visibility(vol, probe, from_probe, unit, active, layout, s: Settings, tap) 
     elif s.chebyshev_exponent != 1:
         bound = dr.power(bound, s.chebyshev_exponent)
     return dr.select(beyond > 0, at_least(bound, s.visibility_floor), mi.Float(1))
-
-
-def _trilinear(place, step) -> mi.Float:
-    weight = mi.Float(1)
-    for axis in range(3):
-        weight *= place[axis] if step[axis] else 1 - place[axis]
-    return weight
 
 
 def _texel(square: mi.Vector2f, size: int, tap: mi.Point2f | None):

@@ -169,8 +169,23 @@ def make_lights(
         ),
         area=pointers,
         area_count=len(area),
+        area_bounds=columns([_bounding_sphere(emitter) for emitter in area], 4),
+        area_power=mi.Float([_power(emitter) for emitter in area] or [0.0]),
         environment=environment,
     )
+
+
+def _bounding_sphere(emitter: mi.Emitter) -> np.ndarray:
+    """Centre and radius of a sphere around an area light [m]. (4,)."""
+    box = emitter.get_shape().bbox()
+    low, high = np.array(box.min).ravel(), np.array(box.max).ravel()
+    return np.append((low + high) / 2, np.linalg.norm(high - low) / 2)
+
+
+def _power(emitter: mi.Emitter) -> float:
+    """Mean emitted luminance times area [W/sr]; never zero, so that the light can be picked."""
+    mean = float(np.mean(np.array(parts(emitter)["radiance"].mean())))
+    return max(mean * float(np.ravel(emitter.get_shape().surface_area())[0]), 1e-12)
 
 
 def _to_world(emitter: mi.Emitter) -> np.ndarray:

@@ -1,0 +1,369 @@
+"""The command line: what it prints and writes, and that each failure is one line, one code, no file."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from ddgi.cli import main
+from ddgi.cli.progress import Progress
+from ddgi.cli.request import SceneRequest, SettingsRequest
+from ddgi.cli.values import parse_numbers
+from ddgi.scene.library import BUILT_IN
+from ddgi.settings import PRESETS
+
+QUICK = ["--size", "24x16", "--frames", "3", "--set", "grid.budget=64", "--set", "rays.per_probe=16"]
+
+
+def ddgi(*arguments: str, **keywords) -> subprocess.CompletedProcess:
+    """The command in a process of its own."""
+    command = [sys.executable, "-m", "ddgi", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, **keywords)
+
+
+@pytest.fixture
+def run(capfd):
+    """The command in this process: (exit code, stdout, stderr)."""
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        code = main(list(map(str, arguments)))
+        out, err = capfd.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def refused(run, tmp_path, monkeypatch):
+    """Runs the command where it must fail; the one line it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str, code: int = 1) -> str:
+        before = sorted(tmp_path.rglob("*"))
+        found, out, err = run(*arguments)
+        assert (found, out) == (code, "")
+        assert len(err.splitlines()) == 1, err
+        assert err.startswith("ddgi: error: ")
+        assert sorted(tmp_path.rglob("*")) == before, "nothing is left behind"
+        return err
+
+    return call
+
+
+# ---- what works --------------------------------------------------------------------------------
+
+
+def test_render_writes_pictures_and_figures(run, tmp_path):
+    png, exr, figures = tmp_path / "a.png", tmp_path / "a.exr", tmp_path / "a.json"
+    code, out, err = run("render", "cornell-point", "-o", png, "-o", exr, "--json", figures, *QUICK)
+    assert (code, out) == (0, "")
+    assert "cornell-point, 24x16: " in err.splitlines()[-1]
+    assert np.array(mi.Bitmap(str(png))).shape == (16, 24, 3)
+    assert "indirect.R" in [f.name for f in mi.Bitmap(str(exr)).struct_()]
+    found = json.loads(figures.read_text())
+    assert found["size"] == [24, 16]
+    assert found["frames"] == 3
+    assert found["non_finite"] == {"rays": 0, "pixels": 0}
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.exr", "a.json", "a.png"]
+
+
+def test_same_seed_same_picture(run, tmp_path):
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        assert run("render", "cornell", "-o", tmp_path / f"{name}.exr", "--seed", seed, *QUICK)[0] == 0
+    a, b, c = (np.array(mi.Bitmap(str(tmp_path / f"{n}.exr"))) for n in "abc")
+    assert np.array_equal(a, b)
+    assert not np.array_equal(a, c)
+
+
+def test_figures_on_stdout(run, tmp_path):
+    code, out, _ = run("render", "cornell-point", "-o", tmp_path / "a.png", "--json", "-", *QUICK)
+    assert code == 0
+    assert json.loads(out)["scene"] == "cornell-point"
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--look", "-0.5,0,3,0,0,0"],
+        ["--look=0,0,3,0,0,0", "--up", "-y"],
+        ["--up", "0,1,0", "--near", "3"],
+        ["--camera", "0"],
+        ["--camera", "front"],
+        ["--sun", "-30,40,5"],
+        ["--sky", "sunsky"],
+        ["--sky", "0.1,0.2,0.3", "--sun", "0,90,1"],
+        ["--point", "0,0,0,1,1,1", "--point", "-0.5,0,0,1,0,0"],
+        ["--spot", "0,0.9,0,0,-1,0,5,5,5,40", "--spot", "0,0,0.9,0,0,-1,1,1,1,20"],
+        ["--preset", "mff", "--set", "gather.path_length=2"],
+    ],
+)
+def test_options_are_understood(run, tmp_path, options):
+    code, _, err = run("render", "cornell-point", "-o", tmp_path / "a.png", *options, *QUICK)
+    assert code == 0, err
+    assert (tmp_path / "a.png").exists()
+
+
+def test_near_plane_cuts_what_the_camera_sees(run, tmp_path):
+    for name, options in (("all", []), ("cut", ["--near", "3.5"])):
+        path = tmp_path / f"{name}.exr"
+        assert run("render", "cornell-point", "-o", path, *options, *QUICK)[0] == 0
+    depth = {n: np.array(mi.Bitmap(str(tmp_path / f"{n}.exr"))) for n in ("all", "cut")}
+    assert not np.array_equal(depth["all"], depth["cut"])
+
+
+def test_lists(run):
+    code, out, _ = run("scenes")
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()] == list(BUILT_IN)
+    code, out, _ = run("presets")
+    assert [line.split()[0] for line in out.splitlines()] == list(PRESETS)
+
+
+def test_printed_preset_is_a_config(run, tmp_path):
+    _, text, _ = run("presets", "ctu")
+    file = tmp_path / "ctu.toml"
+    file.write_text(text)
+    settings = SettingsRequest(config=file).settings()
+    assert settings == PRESETS["ctu"]
+
+
+def test_help_and_version(run):
+    for arguments in (["--help"], ["render", "--help"], ["bench", "-h"], ["--version"]):
+        code, out, err = run(*arguments)
+        assert (code, err) == (0, "")
+        assert "ddgi" in out
+
+
+def test_help_is_quick():
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        assert ddgi("--help").returncode == 0
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.4
+
+
+# ---- bad input ---------------------------------------------------------------------------------
+
+MITSUBA = '<scene version="3.0.0">{}</scene>'
+BALL = '<shape type="sphere"><bsdf type="diffuse"/></shape>'
+LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["render", "no-such-scene", "-o", "a.png"], "no scene 'no-such-scene'"),
+        (["render", "none.xml", "-o", "a.png"], "none.xml: file not found"),
+        (["render", ".", "-o", "a.png"], "folder"),
+        (["render", "cornell", "-o", "a.jpg"], "unknown kind of picture"),
+        (["render", "cornell", "-o", "none/a.png"], "there is no folder"),
+        (["render", "cornell", "-o", "."], "is a folder"),
+        (["render", "cornell", "-o", "a.png", "--json", "none/a.json"], "there is no folder"),
+        (["render", "cornell", "-o", "a.png", "--json", "."], "is a folder"),
+        (["render", "cornell", "-o", "a.png", "--preset", "best"], "unknown preset"),
+        (["render", "cornell", "-o", "a.png", "--config", "none.toml"], "No such file"),
+        (["render", "cornell", "-o", "a.png", "--set", "query.crsh=1"], "did you mean query.crush?"),
+        (
+            ["render", "cornell", "-o", "a.png", "--set", "query.crush=7"],
+            "query.crush must be a number from 0",
+        ),
+        (["render", "cornell", "-o", "a.png", "--camera", "back"], "no camera 'back'"),
+        (["render", "cornell", "-o", "a.png", "--look", "0,0,0,0,0,0"], "camera needs"),
+        (["render", "cornell", "-o", "a.png", "--near", "-1"], "near must be"),
+        (["render", "cornell", "-o", "a.png", "--near", "nan"], "near must be"),
+        (["render", "cornell", "-o", "a.png", "--sun", "0,0,-1"], "sun must be"),
+        (["render", "cornell", "-o", "a.png", "--sky", "-1,0,0"], "sky must be"),
+        (["render", "cornell", "-o", "a.png", "--point", "0,0,0,-1,0,0"], "negative"),
+        (["render", "cornell", "-o", "a.png", "--env", "none.exr"], "not found"),
+        (
+            ["render", "cornell", "-o", "a.png", "--set", "grid.counts=[4096,4096,4096]"],
+            "the budget is 4,096 MB",
+        ),
+        (["render", "cornell", "-o", "a.png", "--set", "grid.box=[[0,0,0],[-1,1,1]]"], "box must be"),
+        (["presets", "best"], "unknown preset"),
+        (["bench", "--preset", "best"], "unknown preset"),
+    ],
+)
+def test_bad_input_is_one_line(refused, arguments, message):
+    assert message in refused(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "empty"),
+        ("<scene", "scene.xml"),
+        (MITSUBA.format(""), "no geometry"),
+        (MITSUBA.format('<shape type="obj"><string name="filename" value="none.obj"/></shape>'), "none.obj"),
+        (MITSUBA.format('<shape type="cubist"/>'), "cubist"),
+        (
+            MITSUBA.format(
+                '<shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">'
+                '<string name="filename" value="none.png"/></texture></bsdf></shape>'
+            ),
+            "none.png",
+        ),
+        (MITSUBA.format(BALL + LAMP.format("-1, 0, 0")), "negative"),
+        (MITSUBA.format(BALL + LAMP.format("nan, 0, 0")), "finite"),
+        (MITSUBA.format(BALL + LAMP.format("inf, 0, 0")), "finite"),
+    ],
+)
+def test_bad_scene_files_are_one_line(refused, tmp_path, content, message):
+    (tmp_path / "scene.xml").write_text(content)
+    assert message in refused("render", "scene.xml", "-o", "a.png", *QUICK)
+
+
+def test_bad_pictures_are_one_line(refused, tmp_path):
+    (tmp_path / "sky.exr").write_text("not a picture")
+    assert "sky.exr" in refused("render", "cornell", "-o", "a.png", "--env", "sky.exr", *QUICK)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["render"],
+        ["render", "cornell"],
+        ["nonsense"],
+        ["render", "cornell", "-o", "a.png", "--size", "0x9"],
+        ["render", "cornell", "-o", "a.png", "--size", "big"],
+        ["render", "cornell", "-o", "a.png", "--frames", "0"],
+        ["render", "cornell", "-o", "a.png", "--look", "1,2,3"],
+        ["render", "cornell", "-o", "a.png", "--look", "1,2,3,4,5,nan"],
+        ["render", "cornell", "-o", "a.png", "--sun", "a,b,c"],
+        ["render", "cornell", "-o", "a.png", "--sky", "blue"],
+        ["render", "cornell", "-o", "a.png", "--up", "w"],
+        ["render", "cornell", "-o", "a.png", "--seed", "-1"],
+        ["render", "cornell", "-o", "a.png", "--spot", "0,0,0,0,0,0,1,1,1,30"],
+        ["render", "cornell", "-o", "a.png", "--spot", "0,0,0,0,1,0,1,1,1,120"],
+        ["render", "cornell", "-o", "a.png", "--backend", "metal"],
+        ["render", "cornell", "-o", "a.png", "--nonsense"],
+    ],
+)
+def test_misuse_is_one_line_and_code_two(refused, arguments):
+    assert "--help" in refused(*arguments, code=2)
+
+
+def test_no_command_is_misuse(refused):
+    assert "render, scenes, presets or bench" in refused(code=2)
+
+
+def test_debug_shows_the_traceback(run, tmp_path):
+    code, _, err = run("render", "none.xml", "-o", tmp_path / "a.png", "--debug")
+    assert code == 1
+    assert "Traceback" in err
+    assert err.splitlines()[-1].startswith("ddgi: error: ")
+
+
+def test_the_unexpected_is_one_line_too(refused, monkeypatch):
+    def fail(*_, **__):
+        raise ZeroDivisionError("division by zero\nin two lines")
+
+    monkeypatch.setattr("ddgi.frame.render_frame", fail)
+    text = refused("render", "cornell", "-o", "a.png", *QUICK)
+    assert "unexpected ZeroDivisionError: division by zero in two lines (run again with --debug" in text
+
+
+def test_no_llvm_is_one_line(tmp_path):
+    environment = os.environ | {"DRJIT_LIBLLVM_PATH": "/none/libLLVM.so"}
+    done = ddgi("render", "cornell", "-o", str(tmp_path / "a.png"), "--backend", "llvm", env=environment)
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert "libLLVM" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("after", [0.0, 0.5, 1.0, 3.0])
+def test_interrupt_leaves_nothing(tmp_path, after):
+    """At any time: during imports, while a kernel is recorded, between frames."""
+    target = str(tmp_path / "a.png")
+    command = [sys.executable, "-m", "ddgi", "render", "cornell", "-o", target, "--frames", "1000000"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    time.sleep(0.4 + after)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert err.splitlines()[-1] == "ddgi: interrupted"
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_leaves_is_no_error():
+    command = f"{sys.executable} -m ddgi presets default | true"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+def test_non_finite_light_is_reported(run, tmp_path, monkeypatch):
+    import ddgi.frame
+
+    original = ddgi.frame.render_frame
+
+    def with_a_bad_ray(*arguments):
+        field, frame = original(*arguments)
+        field.non_finite = mi.UInt32(3)
+        return field, frame
+
+    monkeypatch.setattr(ddgi.frame, "render_frame", with_a_bad_ray)
+    code, _, err = run("render", "cornell-point", "-o", tmp_path / "a.png", *QUICK)
+    assert code == 0
+    assert "warning: 3 probe rays and 0 pixel samples were not numbers" in err
+
+
+# ---- parts -------------------------------------------------------------------------------------
+
+
+def test_requests_as_arguments():
+    scene = SceneRequest(
+        size=(640, 360), look=(0.0, 1.0, 2.0, 3.0, 4.0, 5.0), sky="sunsky", point=((0.0,) * 6, (1.0,) * 6)
+    )
+    assert scene.arguments() == [
+        "--size=640x360", "--look=0.0,1.0,2.0,3.0,4.0,5.0", "--sky=sunsky",
+        "--point=0.0,0.0,0.0,0.0,0.0,0.0", "--point=1.0,1.0,1.0,1.0,1.0,1.0",
+    ]  # fmt: skip
+    settings = SettingsRequest(preset="ctu", set=("a.b=1", "c.d=2"), seed=0, debug=True)
+    assert settings.arguments() == ["--preset=ctu", "--set=a.b=1", "--set=c.d=2", "--seed=0", "--debug"]
+    assert SceneRequest().arguments() == SettingsRequest().arguments() == []
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [("1,2", (1.0, 2.0)), ("-1e3", (-1000.0,)), ("", None), ("1,,2", None), ("nan", None), ("1,inf", None)],
+)
+def test_numbers(text, numbers):
+    assert parse_numbers(text) == numbers
+
+
+def shown(monkeypatch, terminal: bool) -> str:
+    monkeypatch.setattr("ddgi.cli.progress.PATIENCE", 0.01)
+    monkeypatch.setattr("ddgi.cli.progress.REDRAW", 0.01)
+    text: list[str] = []
+    with Progress(text.append, terminal) as progress:
+        progress.phase("working", 4)
+        progress.step()
+        time.sleep(0.2)
+    return "".join(text)
+
+
+def test_progress_on_a_terminal_redraws_and_vanishes(monkeypatch):
+    text = shown(monkeypatch, terminal=True)
+    assert "working [######                  ] 1/4" in text
+    assert text.endswith("\r\x1b[K")
+
+
+def test_progress_in_a_log_is_one_line(monkeypatch):
+    assert shown(monkeypatch, terminal=False) == "ddgi: working ...\n"
+
+
+def test_quick_work_shows_no_progress():
+    text: list[str] = []
+    with Progress(text.append, True) as progress:
+        progress.phase("working")
+    assert text == []
