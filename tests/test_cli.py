@@ -280,13 +280,13 @@ def test_no_llvm_is_one_line(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("after", [0.0, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("after", [1.0, 2.0, 5.0])
 def test_interrupt_leaves_nothing(tmp_path, after):
     """At any time: during imports, while a kernel is recorded, between frames."""
     target = str(tmp_path / "a.png")
     command = [sys.executable, "-m", "ddgi", "render", "cornell", "-o", target, "--frames", "1000000"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    time.sleep(0.4 + after)
+    time.sleep(after)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err

@@ -5,7 +5,19 @@ from dataclasses import replace
 import drjit as dr
 import numpy as np
 import pytest
-from probing import camera_in, changed, dark_light, diffuse, hand_made, load, query_at, room, small, sphere_points, updated
+from probing import (
+    camera_in,
+    changed,
+    dark_light,
+    diffuse,
+    hand_made,
+    load,
+    query_at,
+    room,
+    small,
+    sphere_points,
+    updated,
+)
 
 from ddgi.frame import render_frame
 from ddgi.probes.field import IrradianceField, irradiance_map

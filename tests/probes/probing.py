@@ -9,7 +9,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ddgi.probes import formats, grid, query, volume
+from ddgi.probes import formats, grid, query
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
 from ddgi.probes.volume import ProbeVolume

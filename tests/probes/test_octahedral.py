@@ -5,7 +5,13 @@ import numpy as np
 import pytest
 from probing import points, sphere_points
 
-from ddgi.probes.octahedral import bordered, direction_to_square, interior, square_to_direction, texel_directions
+from ddgi.probes.octahedral import (
+    bordered,
+    direction_to_square,
+    interior,
+    square_to_direction,
+    texel_directions,
+)
 
 # float32 has 24 bits; a few roundings of numbers up to 1, each off by 6e-8.
 ROUNDING = 1e-6

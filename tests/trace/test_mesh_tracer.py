@@ -4,7 +4,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import diffuse, dark_light, load, points, rgb
+from probing import dark_light, diffuse, load, points, rgb
 
 from ddgi.sampling import PIXEL_ALPHA, PROBE_ALPHA, clock
 from ddgi.trace.surface import offset_origin

@@ -31,7 +31,7 @@ class Settings:
     warm_up: Annotated[
         int, Ge(0), Doc("first updates that keep nothing old, one bounce each; then a running mean until hysteresis is reached; 0: hysteresis from the second update on")
     ] = 8
-    gamma: Annotated[float, Interval(ge=1, le=16), Doc("irradiance is blended as S^(1/gamma) (SCALE 4.2); above 1 noise darkens the mean")] = 5.0
+    gamma: Annotated[float, Interval(ge=1, le=16), Doc("irradiance is blended as S^(1/gamma) (SCALE 4.2); 5 follows falling light faster, 1 measures best: above it noise darkens the mean")] = 1.0
     sharpness: Annotated[float, Interval(ge=1, le=500), Doc("power of the cosine that weights distances (CTU eq. 4.14)")] = 50.0
     long_distances: Annotated[
         Literal["clamp", "reject", "off"],

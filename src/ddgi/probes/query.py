@@ -42,7 +42,7 @@ class Settings:
         Doc("direction in which the point is moved for visibility: (0.2 n + 0.8 v) 0.75 spacing (SCALE eq. 2); "
             "(0.8 n + 0.3 v) (CTU eq. 4.11); (n + 3 v) (MFF listing 3.9)"),
     ] = "scale"
-    bias_scale: Annotated[float, Ge(0), Doc("multiplies the bias: 0.3 (SCALE); metres for ctu and mff (0.25 in MFF)")] = 0.3
+    bias_scale: Annotated[float, Ge(0), Doc("multiplies the bias: 0.3 (SCALE); metres for ctu and mff (0.25 in MFF)")] = 0.6
     sqrt_blending: Annotated[bool, Doc("average probes in square-root space (SCALE listing 2)")] = True
 
 

@@ -47,9 +47,11 @@ class MeshTracer:
         row = _row(si)
         material = lookup(self.materials, row, si.uv, valid)
         up = mi.Normal3f(0, 0, 1)
-        front = dr.dot(si.n, direction) < 0
-        flip = dr.select(front, mi.Float(1), mi.Float(-1))
+        # Vertex normals, where a mesh has them, say which side is its front; the winding need not agree.
         shading = si.sh_frame.n
+        outward = dr.mulsign(si.n, dr.dot(si.n, shading))
+        front = dr.dot(outward, direction) < 0
+        flip = dr.select(front, mi.Float(1), mi.Float(-1))
         back = mi.Bool(False)
         if self.materials.any_single_sided:
             back = valid & ~front & ~material.double_sided
@@ -59,7 +61,7 @@ class MeshTracer:
             distance=si.t + skipped,
             position=dr.select(valid, si.p, mi.Point3f(0)),
             normal=dr.select(valid, mi.Normal3f(shading * flip), up),
-            geometric_normal=dr.select(valid, mi.Normal3f(si.n * flip), up),
+            geometric_normal=dr.select(valid, mi.Normal3f(outward * flip), up),
             to_viewer=-direction,
             albedo=dr.select(back, mi.Color3f(0), material.base),
             metallic=material.metallic,
