@@ -18,7 +18,7 @@ def backend() -> str:
 @pytest.fixture(autouse=True)
 def _skip_without_gpu(request: pytest.FixtureRequest) -> None:
     """Tests marked `cuda` need a GPU that can trace rays."""
-    from ddgi.backend import _gpu_present, _optix_problem
+    from ddgi.backend import optix_problem
 
-    if request.node.get_closest_marker("cuda") and not (_gpu_present() and _optix_problem() is None):
+    if request.node.get_closest_marker("cuda") and optix_problem() is not None:
         pytest.skip("no NVIDIA GPU with OptiX")

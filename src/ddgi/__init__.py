@@ -5,10 +5,10 @@ Names are imported on first use, so that `import ddgi` and `ddgi --help` stay fa
 
 from __future__ import annotations
 
-import os
-import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from ddgi.backend import point_to_llvm
 
 if TYPE_CHECKING:
     from ddgi.backend import use_backend
@@ -64,21 +64,7 @@ _HOMES = {
 """Where each public name lives."""
 
 
-def _point_to_llvm() -> None:
-    """Tell Dr.Jit where libLLVM is, unless the user did.
-
-    Dr.Jit loads LLVM while it is imported and never again, so this must happen before any module of
-    ours imports it; else it takes the system's, which may be too old and abort the process.
-    """
-    from ddgi.backend import _bundled_llvm
-
-    path = _bundled_llvm()
-    if path is not None:
-        os.environ.setdefault("DRJIT_LIBLLVM_PATH", path)
-
-
-if "drjit" not in sys.modules and "DRJIT_LIBLLVM_PATH" not in os.environ:
-    _point_to_llvm()
+point_to_llvm()
 
 
 def __getattr__(name: str) -> Any:

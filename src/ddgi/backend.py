@@ -17,7 +17,7 @@ from ddgi.errors import BackendError
 
 VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 LLVM_MINIMUM = 16
-"""Dr.Jit 1.5 emits intrinsics that older LLVM versions abort on."""
+"""Dr.Jit 1.5 emits intrinsics that older versions abort on."""
 
 _LLVM_ADVICE = {
     "linux": "install it with: pip install karellen-llvm-core, or set DRJIT_LIBLLVM_PATH",
@@ -43,29 +43,56 @@ def use_backend(name: str = "auto") -> str:
     """
     if name not in ("auto", *VARIANTS):
         raise BackendError(f"unknown backend {name!r}: choose auto, llvm or cuda")
-    import mitsuba as mi
-
-    active = mi.variant()
+    mi = sys.modules.get("mitsuba")
+    active = None if mi is None else mi.variant()
     if active is not None:
         return _keep(active, name)
     if name == "auto":
-        name = "cuda" if _gpu_present() and _optix_problem() is None else "llvm"
-    problem = _optix_problem() if name == "cuda" else _llvm_problem()
+        name = "cuda" if optix_problem() is None else "llvm"
+    # Before Dr.Jit is imported: it would complain in its own words, and on its own output.
+    problem = optix_problem() if name == "cuda" else llvm_problem()
     if problem:
         raise BackendError(problem)
+    _start(name)
+    return name
+
+
+def point_to_llvm() -> None:
+    """Tell Dr.Jit where libLLVM is, unless the user did or Dr.Jit has been imported already.
+
+    Dr.Jit loads LLVM while it is imported and never again. Without this it takes the system's,
+    which may be too old: versions before 16 abort the process ("Cannot select: fminimum").
+    """
+    if "drjit" not in sys.modules and "DRJIT_LIBLLVM_PATH" not in os.environ and (path := _bundled_llvm()):
+        os.environ["DRJIT_LIBLLVM_PATH"] = path
+
+
+def _start(name: str) -> None:
+    """Set the variant and try it."""
+    import drjit as dr
+    import mitsuba as mi
+
     try:
         mi.set_variant(VARIANTS[name])
+        if name == "llvm" and (version := dr.detail.llvm_version()[0]) < LLVM_MINIMUM:
+            raise RuntimeError(
+                f"Dr.Jit has loaded LLVM {version}, it needs {LLVM_MINIMUM} or later; "
+                "import ddgi before mitsuba and drjit, or set DRJIT_LIBLLVM_PATH"
+            )
         _prove(mi)
     except Exception as error:  # Dr.Jit raises bare exceptions when a library does not initialise
-        raise BackendError(f"the {name} backend does not start: {str(error).strip().splitlines()[0]}") from error
-    return name
+        raise BackendError(
+            f"the {name} backend does not start: {str(error).strip().splitlines()[0]}"
+        ) from error
 
 
 def _keep(active: str, name: str) -> str:
     """The backend already chosen, or an error if `name` asks for another."""
     current = next((short for short, variant in VARIANTS.items() if variant == active), None)
     if current is None:
-        raise BackendError(f"Mitsuba's variant {active} is in use; ddgi needs {' or '.join(VARIANTS.values())}")
+        raise BackendError(
+            f"Mitsuba's variant {active} is in use; ddgi needs {' or '.join(VARIANTS.values())}"
+        )
     if name not in ("auto", current):
         raise BackendError(f"the {current} backend is already in use; start a new process to use {name}")
     return current
@@ -85,30 +112,32 @@ def _gpu_present() -> bool:
     return _loads("nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1") is not None
 
 
-def _optix_problem() -> str | None:
+def optix_problem() -> str | None:
+    """What keeps the GPU backend from starting, if anything."""
     if not _gpu_present():
         return "no NVIDIA driver found (libcuda.so.1): use --backend llvm"
     library = "nvoptix.dll" if sys.platform == "win32" else "libnvoptix.so.1"
     if _loads(library) is None:
-        return f"the NVIDIA driver comes without OptiX ({library}), so the GPU cannot trace: use --backend llvm"
+        return (
+            f"the NVIDIA driver comes without OptiX ({library}), so the GPU cannot trace: use --backend llvm"
+        )
     return None
 
 
-def _llvm_problem() -> str | None:
-    """Find libLLVM and point Dr.Jit at it, unless the user did; say what is wrong, if anything."""
+def llvm_problem() -> str | None:
+    """What keeps the CPU backend from starting, if anything."""
+    if "drjit" in sys.modules:
+        return None  # it has made its choice; `_start` looks at the version
     advice = _LLVM_ADVICE.get(sys.platform, "set DRJIT_LIBLLVM_PATH to libLLVM")
-    given = os.environ.get("DRJIT_LIBLLVM_PATH")
-    path = given or _bundled_llvm() or ctypes.util.find_library("LLVM")
+    point_to_llvm()
+    path = os.environ.get("DRJIT_LIBLLVM_PATH") or ctypes.util.find_library("LLVM")
     if path is None:
         return f"libLLVM not found: {advice}"
     library = _loads(path)
     if library is None:
-        where = "DRJIT_LIBLLVM_PATH points to" if given else "found"
-        return f"{where} {path}, which does not load as libLLVM: {advice}"
-    version = _llvm_version(library)
-    if version < LLVM_MINIMUM:
+        return f"{path} does not load as libLLVM: {advice}"
+    if _llvm_version(library) < LLVM_MINIMUM:
         return f"{path} is older than LLVM {LLVM_MINIMUM}: {advice}"
-    os.environ["DRJIT_LIBLLVM_PATH"] = str(path)
     return None
 
 

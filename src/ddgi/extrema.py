@@ -1,9 +1,7 @@
 """Bounds on numbers, by comparison and selection.
 
-In place of `dr.maximum`, `dr.minimum` and `dr.clip`: those propagate NaN, which costs several
-instructions each, and on AVX-512 LLVM 23 aborts the process ("Cannot select: fmaximum") where it
-turns one lane of them into a scalar. A selection becomes a single instruction, and a NaN becomes
-the bound.
+In place of `dr.maximum`, `dr.minimum` and `dr.clip`: those hand a NaN on, and it would spread through
+the field from a single texel. Here a NaN becomes the bound, so that weights cannot be NaN.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ def at_most(x: Any, high: Any) -> Any:
 
 
 def clamp(x: Any, low: Any, high: Any) -> Any:
-    """x brought into [low, high]; `low` where x is NaN."""
+    """X brought into [low, high]; `low` where x is NaN."""
     return at_most(at_least(x, low), high)
 
 

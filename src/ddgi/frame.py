@@ -17,6 +17,7 @@ from ddgi.passes.picture import Picture, accumulate
 from ddgi.passes.shade import shade
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
+from ddgi.replay import Replayed
 from ddgi.sampling import Clock, clock
 from ddgi.scene.camera import Camera
 from ddgi.scene.scene import Scene
@@ -79,37 +80,22 @@ def render_frame(
     use_backend()
     time = clock(settings.seed, tick)
     tracer = scene.tracer
-    field = _replay(advance(), tracer, scene.lights, field, time, settings)
+    field = advance()(settings, tracer, scene.lights, field, time)
     before = pictures.empty(camera.size, settings.picture) if previous is None else previous.picture
-    picture = _replay(expose(), tracer, scene.lights, field, camera, time, settings, before)
+    picture = expose()(settings, tracer, scene.lights, field, camera, time, before)
     return field, Frame(camera.size, picture)
 
 
-def _replay(frozen, *arguments):
-    """Call a frozen function; record it anew where Mitsuba objects have come or gone since.
-
-    Dr.Jit refuses to replay once its registry of shapes and emitters has changed, as it does
-    when another scene is loaded or dropped.
-    """
-    try:
-        return frozen(*arguments)
-    except RuntimeError as error:
-        if "registry" not in str(error):
-            raise
-        frozen.clear()
-        return frozen(*arguments)
-
-
 @cache
-def advance():
+def advance() -> Replayed:
     """The update of the field, recorded once and replayed."""
-    return dr.freeze(update)
+    return Replayed(update)
 
 
 @cache
-def expose():
+def expose() -> Replayed:
     """The picture, recorded once and replayed."""
-    return dr.freeze(take_picture)
+    return Replayed(take_picture)
 
 
 def take_picture(
@@ -118,8 +104,8 @@ def take_picture(
     field: IrradianceField,
     camera: Camera,
     time: Clock,
-    s: RenderSettings,
     previous: Picture,
+    s: RenderSettings,
 ) -> Picture:
     """Light what the camera sees, and add it to the picture so far."""
     surface = gbuffer(tracer, camera, time, s.gbuffer)

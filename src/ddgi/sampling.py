@@ -12,9 +12,21 @@ import drjit as dr
 import mitsuba as mi
 
 # One stream per use of randomness.
-ROTATION, PROBE_LIGHT, PROBE_ALPHA, PROBE_TAP, PROBE_PATH, PIXEL, PIXEL_LIGHT, PIXEL_ALPHA, ROUNDING, WALLS = range(10)
+(
+    ROTATION,
+    PROBE_LIGHT,
+    PROBE_ALPHA,
+    PROBE_TAP,
+    PROBE_PATH,
+    PIXEL,
+    PIXEL_LIGHT,
+    PIXEL_ALPHA,
+    ROUNDING,
+    WALLS,
+) = range(10)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
+
 
 @dataclass
 class Clock:
@@ -31,10 +43,30 @@ def clock(seed: int, tick: int) -> Clock:
 
 def uniform_2d(time: Clock, stream: int, index: mi.UInt32) -> mi.Point2f:
     """Two uniform numbers in [0, 1) for each index. index: (N,); result: (N,)."""
-    key = (time.seed * 0x9E3779B1) ^ (time.tick * _STREAMS + stream)
-    a, b = mi.sample_tea_32(index, key)
-    scale = 2.0**-24  # 24 bits fill a float's mantissa and keep the result below one
-    return mi.Point2f(mi.Float(a >> 8) * scale, mi.Float(b >> 8) * scale)
+    a, b = _hash(time.seed, time.tick * _STREAMS + stream, index)
+    return mi.Point2f(_fraction(a), _fraction(b))
+
+
+def _hash(seed: mi.UInt32, use: mi.UInt32, index: mi.UInt32) -> tuple[mi.UInt32, mi.UInt32]:
+    """64 random bits for each index, given the seed and what they are used for.
+
+    The Tiny Encryption Algorithm (Zafar et al. 2010) under a key that is scattered first: keys of
+    neighbouring ticks and streams differ in a bit or two, which few rounds alone do not hide.
+    """
+    key = _scatter(use ^ _scatter(seed + 1))
+    return mi.sample_tea_32(index, key, 6)
+
+
+def _scatter(x: mi.UInt32) -> mi.UInt32:
+    """A bijection on 32 bits that spreads every bit over all (the finaliser of MurmurHash3)."""
+    x = (x ^ (x >> 16)) * 0x85EBCA6B
+    x = (x ^ (x >> 13)) * 0xC2B2AE35
+    return x ^ (x >> 16)
+
+
+def _fraction(bits: mi.UInt32) -> mi.Float:
+    """[0, 1) from the upper 24 bits: they fill a float's mantissa and keep the result below one."""
+    return mi.Float(bits >> 8) * 2.0**-24
 
 
 def low_discrepancy_2d(time: Clock, stream: int, index: mi.UInt32, sample: mi.UInt32) -> mi.Point2f:
@@ -43,8 +75,7 @@ def low_discrepancy_2d(time: Clock, stream: int, index: mi.UInt32, sample: mi.UI
     Successive samples of one index fill the square evenly, so the mean over frames converges
     faster than with independent numbers.
     """
-    key = (time.seed * 0x9E3779B1) ^ stream
-    a, b = mi.sample_tea_32(index, key)
+    a, b = _hash(time.seed, mi.UInt32(stream), index)
     return mi.Point2f(mi.radical_inverse_2(sample, a), mi.sobol_2(sample, b))
 
 
@@ -53,5 +84,5 @@ def low_discrepancy(time: Clock, stream: int, index: mi.UInt32, sample: mi.UInt3
 
     Independent of the pairs of `low_discrepancy_2d`, of which it may serve as third dimension.
     """
-    start, _ = mi.sample_tea_32(index, (time.seed * 0x9E3779B1) ^ (stream + _STREAMS))
-    return mi.Float((start + sample * _GOLDEN) >> 8) * 2.0**-24
+    start, _ = _hash(time.seed, mi.UInt32(stream + _STREAMS), index)
+    return _fraction(start + sample * _GOLDEN)

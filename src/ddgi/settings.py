@@ -18,7 +18,9 @@ from ddgi.probes import blend, gather, grid, query, rays, volume
 class RenderSettings:
     """Everything that shapes a frame, by stage. Values are compile-time constants of the kernels."""
 
-    seed: Annotated[int, Interval(ge=0, le=0xFFFFFFFF), Doc("same seed, same machine: same picture, bit by bit")] = 0
+    seed: Annotated[
+        int, Interval(ge=0, le=0xFFFFFFFF), Doc("same seed, same machine: same picture, bit by bit")
+    ] = 0
     grid: grid.Settings = grid.Settings()
     volume: volume.Settings = volume.Settings()
     rays: rays.Settings = rays.Settings()
@@ -66,7 +68,13 @@ _blog = replace(
     _published,
     rays=replace(_published.rays, per_probe=192),  # "192 is a good default"
     # Texture sizes include the border there: 6x6 and 16x16 (papers disagree on counting).
-    volume=replace(_published.volume, irradiance_size=4, distance_size=14, irradiance_format="r11g11b10", distance_format="float16"),
+    volume=replace(
+        _published.volume,
+        irradiance_size=4,
+        distance_size=14,
+        irradiance_format="r11g11b10",
+        distance_format="float16",
+    ),
     # BLOG precedes the self-shadow bias and the shortened back faces of SCALE.
     gather=replace(_published.gather, back_face_distance=1.0),
     query=replace(_published.query, bias="ctu", bias_scale=0.25),

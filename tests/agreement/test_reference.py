@@ -66,8 +66,20 @@ def reference_irradiance(scene, position, normal, rays=1 << 15, seed=3):
 
 def test_indirect_irradiance_of_a_closed_room():
     """A white room with a point light: light of two and more bounces at a handful of points on its walls."""
-    description = room(diffuse(0.6), light={"type": "point", "position": [0.2, -0.1, 0.3], "intensity": rgb(2.0)})
-    p = np.array([(0, 0, -1), (0.5, -0.4, -1), (1, 0.2, 0.3), (-1, -0.5, 0.1), (0.3, 1, -0.4), (-0.4, -1, 0.5), (0.1, 0.3, 1)])
+    description = room(
+        diffuse(0.6), light={"type": "point", "position": [0.2, -0.1, 0.3], "intensity": rgb(2.0)}
+    )
+    p = np.array(
+        [
+            (0, 0, -1),
+            (0.5, -0.4, -1),
+            (1, 0.2, 0.3),
+            (-1, -0.5, 0.1),
+            (0.3, 1, -0.4),
+            (-0.4, -1, 0.5),
+            (0.1, 0.3, 1),
+        ]
+    )
     n = -p * (np.abs(p) == 1)
     expected, error = reference_irradiance(mi.load_dict(description, optimize=False), p, n)
     assert (error / expected).max() < 0.01  # the judge is sure enough
@@ -86,7 +98,11 @@ def test_direct_irradiance_of_an_area_light():
         "emitter": {"type": "area", "radiance": rgb(4.0)},
         "bsdf": diffuse(0.0),
     }
-    card = {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([0.4, 0, 0]).scale(0.35), "bsdf": diffuse(0.0, two_sided=True)}
+    card = {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f().translate([0.4, 0, 0]).scale(0.35),
+        "bsdf": diffuse(0.0, two_sided=True),
+    }
     description = room(diffuse(0.0), lamp=lamp, card=card)
     p = np.array([(0.0, 0.0, -1.0), (0.5, 0.1, -1.0), (-0.7, 0.6, -1.0), (0.9, -0.8, -1.0)])
     n = np.tile([0.0, 0.0, 1.0], (4, 1))

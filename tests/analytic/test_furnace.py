@@ -41,8 +41,8 @@ def on_walls(count=200, seed=0):
 
 
 # The walls of a furnace light their own corners from next to nothing away: a sampled lamp's estimate
-# has heavy tails there. 64 probes x 256 rays x 4 samples over some 30 updates bring it below 1 %.
-ENOUGH = {"rays_per_probe": 256, "direct_probe_samples": 4}
+# has heavy tails there. 64 probes x 512 rays x 4 samples over some 30 updates bring it below 1 %.
+ENOUGH = {"rays_per_probe": 512, "direct_probe_samples": 4, "direct_camera_samples": 4}
 
 
 @pytest.mark.parametrize("gamma", [1.0, 5.0])
@@ -57,8 +57,9 @@ def test_furnace_converges_to_one(area, gamma):
     e += np.pi * 0.5 if area == "sampled" else 0
     assert e == pytest.approx(np.pi, rel=0.01)
 
-    camera, frame = camera_in((64, 48)), None
-    for tick in range(12):
+    # 96 x 72 pixels x 24 frames x 4 samples: the direct quarter's mean spreads by about 1 %.
+    camera, frame = camera_in((96, 72)), None
+    for tick in range(24):
         field, frame = render_frame(scene, field, camera, 40 + tick, s, frame)
     assert frame.numpy().mean() == pytest.approx(1.0, rel=0.01)
     assert frame.non_finite == 0
@@ -90,7 +91,10 @@ def half_glowing_sphere(albedo, emission):
     whole = turned_inside_out(sphere(1.0, rings=24))
     middle = whole.positions[whole.faces].mean(1)[:, 2] > 0
     glow = {"type": "area", "radiance": {"type": "rgb", "value": [emission] * 3}}
-    part = lambda name, keep, **more: mesh(name, whole.positions, whole.faces[keep], bsdf=diffuse(albedo), **more)  # noqa: E731
+
+    def part(name, keep, **more):
+        return mesh(name, whole.positions, whole.faces[keep], bsdf=diffuse(albedo), **more)
+
     return load({"type": "scene", "lit": part("lit", middle, emitter=glow), "dark": part("dark", ~middle)})
 
 
@@ -111,7 +115,6 @@ def test_integrating_sphere(probes, gamma):
     n = -sphere_points(2000)
     e = query_at(field.volumes[0], s, -n * 0.985, n)[:, 0]  # the mesh lies a little inside the sphere
     expected = np.pi * emission / 2 / (1 - albedo)
-    print(f"{probes} grid, gamma {gamma:.0f}: mean {e.mean() / expected - 1:+.2%}, spread {e.std() / expected:.2%}")
     assert e.mean() == pytest.approx(expected, rel=0.03)
 
 

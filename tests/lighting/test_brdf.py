@@ -21,9 +21,9 @@ def ggx(viewer, light, **material):
     return np.array(brdf.ggx(surface, mi.Vector3f(points(light))), np.float64)[0]
 
 
-MATERIALS = [
-    {"metallic": 1.0, "albedo": 1.0, "alpha": a} for a in (0.05, 0.2, 0.5, 1.0)
-] + [{"metallic": 0.0, "specular": f, "albedo": 0.5, "alpha": a} for f in (0.04, 1.0) for a in (0.1, 0.6)]
+MATERIALS = [{"metallic": 1.0, "albedo": 1.0, "alpha": a} for a in (0.05, 0.2, 0.5, 1.0)] + [
+    {"metallic": 0.0, "specular": f, "albedo": 0.5, "alpha": a} for f in (0.04, 1.0) for a in (0.1, 0.6)
+]
 
 
 @pytest.mark.parametrize("material", MATERIALS, ids=str)
@@ -37,7 +37,10 @@ def test_white_furnace(material):
     """Under even light of 1 no view sees more than 1: the integral of f cos over all light directions."""
     # Half vectors, denser near the pole where narrow lobes live: tan(theta_h) = alpha t / (1 - t).
     n = 256
-    t, phi = (a.ravel() for a in np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n * 2 * np.pi, indexing="ij"))
+    t, phi = (
+        a.ravel()
+        for a in np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n * 2 * np.pi, indexing="ij")
+    )
     tan = material["alpha"] * t / (1 - t)
     cos_h = 1 / np.sqrt(1 + tan * tan)
     sin_h = cos_h * tan
@@ -61,7 +64,9 @@ def test_white_furnace(material):
 def test_flat_mirror_has_its_fresnel_reflectance():
     """A narrow lobe seen straight on returns F0 of the light: 4 % for a dielectric."""
     material = {"metallic": 0.0, "specular": 0.04, "albedo": 0.5}
-    wide, narrow = (ggx(np.array([[0, 0, 1.0]]), np.array([0, 0, 1.0]), alpha=a, **material)[0] for a in (0.4, 0.2))
+    wide, narrow = (
+        ggx(np.array([[0, 0, 1.0]]), np.array([0, 0, 1.0]), alpha=a, **material)[0] for a in (0.4, 0.2)
+    )
     # At the peak f = F D / 4 with D = 1 / (pi alpha^2).
     assert narrow == pytest.approx(0.04 / (4 * np.pi * 0.2**2), rel=1e-3)
     assert wide == pytest.approx(0.04 / (4 * np.pi * 0.4**2), rel=1e-3)

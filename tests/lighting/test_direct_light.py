@@ -118,7 +118,9 @@ def test_many_lights_add_up():
     position, normal = somewhere(300)
     surface = surface_at(position, normal, viewer=normal, albedo=0.5, specular=0.04, alpha=0.3)
     together = arriving(far_floor(wall=dict(wall), **lights), surface, specular=True)
-    single = [arriving(far_floor(wall=dict(wall), light=light), surface, specular=True) for light in lights.values()]
+    single = [
+        arriving(far_floor(wall=dict(wall), light=light), surface, specular=True) for light in lights.values()
+    ]
     for part in (0, 1):
         expected = sum(one[part] for one in single)
         assert expected.max() > 0.1
@@ -148,7 +150,11 @@ def test_surfaces_do_not_shadow_themselves():
     v = np.random.default_rng(2).normal(size=(3000, 3))
     v /= np.linalg.norm(v, axis=1, keepdims=True)
     surface = scene.tracer.intersect(
-        mi.Point3f(0.1, -0.2, 0.3), mi.Vector3f(points(v)), mi.Bool(True), time=clock(0, 0), stream=PIXEL_LIGHT
+        mi.Point3f(0.1, -0.2, 0.3),
+        mi.Vector3f(points(v)),
+        mi.Bool(True),
+        time=clock(0, 0),
+        stream=PIXEL_LIGHT,
     )
     got, _ = arriving(scene, surface)
     p, n = np.array(surface.position, np.float64).T, np.array(surface.normal, np.float64).T
@@ -200,7 +206,9 @@ def test_area_light_left_to_the_field_adds_nothing():
 
 
 def test_area_light_does_not_shine_backwards():
-    got, _ = arriving(far_floor(lamp=lamp()), surface_at(np.full((256, 3), [0, 0, 4.0]), (0, 0, -1)), area="sampled")
+    got, _ = arriving(
+        far_floor(lamp=lamp()), surface_at(np.full((256, 3), [0, 0, 4.0]), (0, 0, -1)), area="sampled"
+    )
     assert (got == 0).all()
 
 
@@ -237,7 +245,11 @@ def test_more_samples_less_noise():
 @pytest.mark.parametrize("height", [0.5, 20.0])
 def test_sampled_light_casts_shadows(height):
     wall = {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([0, 0, 0.5 * height]).scale(50)}
-    got, _ = arriving(far_floor(lamp=lamp(height=height), wall=wall), surface_at(np.zeros((256, 3)), (0, 0, 1)), area="sampled")
+    got, _ = arriving(
+        far_floor(lamp=lamp(height=height), wall=wall),
+        surface_at(np.zeros((256, 3)), (0, 0, 1)),
+        area="sampled",
+    )
     assert (got == 0).all()
 
 

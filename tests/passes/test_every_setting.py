@@ -40,7 +40,7 @@ MAPS = {
     "gather.taps": ("bilinear", {}),
     "blend.hysteresis": (0.5, {"blend_warm_up": 0}),
     "blend.warm_up": (0, {}),
-    "blend.gamma": (1.0, {"blend_warm_up": 0, "blend_hysteresis": 0.5}),
+    "blend.gamma": (3.0, {"blend_gamma": 1.0, "blend_warm_up": 0, "blend_hysteresis": 0.5}),
     "blend.sharpness": (5.0, {}),
     "blend.long_distances": ("reject", {}),
     "query.trilinear": (False, {}),
@@ -56,10 +56,10 @@ MAPS = {
     "query.sqrt_blending": (False, {}),
     "direct.area": ("field", {}),
     "direct.environment": ("sampled", {}),
-    "direct.probe_samples": (3, {}),
+    "direct.probe_samples": (2, {}),
 }
 PICTURE = {
-    "direct.camera_samples": (3, {}),
+    "direct.camera_samples": (2, {}),
     "gbuffer.antialias": (False, {}),
     "tone.exposure": (3.0, {}),
     "tone.curve": ("linear", {}),
@@ -137,6 +137,8 @@ _before = {}
 
 def differs(name, other, needs, make, scene):
     before = base(needs)
+    group, _, field = name.partition(".")
+    assert (getattr(getattr(before, group), field) if field else before.seed) != other, "no other value"
     key = (make, before)
     if key not in _before:
         _before[key] = make(scene, before)

@@ -15,7 +15,11 @@ STILL = gbuffer.Settings(antialias=False)
 
 def wall(bsdf=None, half=4.0):
     """A wall across z = 0 that looks towards +z."""
-    shape = {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(half), "bsdf": bsdf or diffuse(0.5)}
+    shape = {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f().scale(half),
+        "bsdf": bsdf or diffuse(0.5),
+    }
     return load({"type": "scene", "dark": dark_light(), "wall": shape})
 
 
@@ -41,7 +45,9 @@ def test_depth_runs_along_the_ray():
     camera = look_at((0, 0, 5.0), (0, 0, 0), fov=90, size=(8, 4))
     hit = seen(wall(half=9.0), camera)
     p = grid_of(camera, hit.position)
-    assert np.allclose(grid_of(camera, hit.distance)[..., 0], np.linalg.norm(p - [0, 0, 5.0], axis=-1), rtol=1e-5)
+    assert np.allclose(
+        grid_of(camera, hit.distance)[..., 0], np.linalg.norm(p - [0, 0, 5.0], axis=-1), rtol=1e-5
+    )
 
 
 def test_orthographic_rays_are_parallel():
@@ -61,7 +67,9 @@ def test_the_near_plane_hides_what_is_closer():
 def test_antialiasing_fills_the_pixel_evenly():
     camera = look_at((0, 0, 5.0), (0, 0, 0), fov=90, size=(2, 2))
     scene = wall(half=20.0)
-    offsets = np.array([grid_of(camera, seen(scene, camera, t, gbuffer.Settings()).position)[0, 0, :2] for t in range(64)])
+    offsets = np.array(
+        [grid_of(camera, seen(scene, camera, t, gbuffer.Settings()).position)[0, 0, :2] for t in range(64)]
+    )
     # The top left pixel spans x in [-5, 0], y in [0, 5].
     u = (offsets - [-5, 0]) / 5
     assert u.min() >= 0

@@ -11,7 +11,11 @@ from ddgi.probes.field import IrradianceField
 
 
 def lit_room(**light):
-    return load(room(diffuse(0.5), light={"type": "point", "position": [0.2, 0.1, 0.0], "intensity": rgb(1.0)} | light))
+    return load(
+        room(
+            diffuse(0.5), light={"type": "point", "position": [0.2, 0.1, 0.0], "intensity": rgb(1.0)} | light
+        )
+    )
 
 
 def frames(scene, s, ticks, camera=None):

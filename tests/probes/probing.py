@@ -32,8 +32,11 @@ def changed(settings: RenderSettings, **values: Any) -> RenderSettings:
 
 
 def small(**values: Any) -> RenderSettings:
-    """The default preset with few probes, rays and texels."""
-    few = {"grid_counts": (4, 4, 4), "rays_per_probe": 64, "volume_distance_size": 8, "volume_irradiance_size": 6}
+    """The default preset with few probes, rays, texels and samples."""
+    few = {
+        "grid_counts": (4, 4, 4), "rays_per_probe": 64, "volume_distance_size": 8, "volume_irradiance_size": 6,
+        "direct_camera_samples": 1, "direct_probe_samples": 1,
+    }  # fmt: skip
     return changed(RenderSettings.preset("default"), **(few | values))
 
 
@@ -63,7 +66,11 @@ def dark_light() -> dict[str, Any]:
 def room(bsdf: dict[str, Any], half: float = 1.0, **more: Any) -> dict[str, Any]:
     """A closed cube seen from inside (its faces look inwards)."""
     to_world = mi.ScalarTransform4f().scale(half)
-    return {"type": "scene", "room": {"type": "cube", "to_world": to_world, "flip_normals": True, "bsdf": bsdf}, **more}
+    return {
+        "type": "scene",
+        "room": {"type": "cube", "to_world": to_world, "flip_normals": True, "bsdf": bsdf},
+        **more,
+    }
 
 
 def camera_in(size: tuple[int, int] = (32, 24)):
@@ -77,7 +84,9 @@ def camera_in(size: tuple[int, int] = (32, 24)):
 
 
 def lattice(counts=(3, 3, 3), origin=(0.0, 0.0, 0.0), spacing=(1.0, 1.0, 1.0)) -> grid.ProbeGrid:
-    return grid.ProbeGrid(tuple(counts), dr.opaque(mi.Point3f, list(origin)), dr.opaque(mi.Vector3f, list(spacing)))
+    return grid.ProbeGrid(
+        tuple(counts), dr.opaque(mi.Point3f, list(origin)), dr.opaque(mi.Vector3f, list(spacing))
+    )
 
 
 def with_gutter(maps: np.ndarray) -> np.ndarray:
@@ -106,7 +115,9 @@ def hand_made(
     if moments is None:
         moments = np.ones((count, 2))
     whole = lambda a, n: a if a.ndim == 4 else np.broadcast_to(a[:, None, None], (count, n, n, a.shape[-1]))  # noqa: E731
-    stored = with_gutter(whole(np.asarray(radiance, np.float64), s.irradiance_size)) ** query.lookup_exponent(settings.query)
+    stored = with_gutter(whole(np.asarray(radiance, np.float64), s.irradiance_size)) ** query.lookup_exponent(
+        settings.query
+    )
     distances = with_gutter(whole(np.asarray(moments, np.float64), s.distance_size))
     return ProbeVolume(
         layout,
@@ -131,7 +142,9 @@ def points(array) -> mi.Point3f:
     return mi.Point3f(*(floats(c) for c in np.asarray(array, np.float64).reshape(-1, 3).T))
 
 
-def query_at(vol: ProbeVolume, settings: RenderSettings, position, normal, viewer=None, tap=None) -> np.ndarray:
+def query_at(
+    vol: ProbeVolume, settings: RenderSettings, position, normal, viewer=None, tap=None
+) -> np.ndarray:
     """(N, 3) irradiance that the query returns."""
     position = np.asarray(position, np.float64).reshape(-1, 3)
     normal = np.broadcast_to(np.asarray(normal, np.float64), position.shape)
@@ -143,7 +156,9 @@ def query_at(vol: ProbeVolume, settings: RenderSettings, position, normal, viewe
     return np.array(e).T.reshape(-1, 3)
 
 
-def updated(scene, settings: RenderSettings, ticks: int, field: IrradianceField | None = None) -> IrradianceField:
+def updated(
+    scene, settings: RenderSettings, ticks: int, field: IrradianceField | None = None
+) -> IrradianceField:
     """The field after updates; recorded and replayed if there are many."""
     field = IrradianceField.fit(scene, settings) if field is None else field
     step = dr.freeze(update) if ticks > 6 else update
@@ -162,7 +177,9 @@ def sphere_points(count: int, seed: int = 1) -> np.ndarray:
     return v / np.linalg.norm(v, axis=1, keepdims=True)
 
 
-def surface_at(position, normal, *, viewer=None, albedo=1.0, metallic=0.0, alpha=1.0, specular=0.0) -> Surface:
+def surface_at(
+    position, normal, *, viewer=None, albedo=1.0, metallic=0.0, alpha=1.0, specular=0.0
+) -> Surface:
     """A front surface at each point."""
     position = np.asarray(position, np.float64).reshape(-1, 3)
     n = len(position)

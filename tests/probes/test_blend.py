@@ -18,7 +18,12 @@ RAYS, SIZE = 40, 5
 
 
 def settings(**values):
-    base = {"volume_irradiance_size": SIZE, "volume_distance_size": SIZE, "rays_per_probe": RAYS, "blend_gamma": 1.0}
+    base = {
+        "volume_irradiance_size": SIZE,
+        "volume_distance_size": SIZE,
+        "rays_per_probe": RAYS,
+        "blend_gamma": 1.0,
+    }
     return small(**(base | values))
 
 

@@ -25,7 +25,10 @@ def test_fibonacci_set_against_its_formula(count):
     r = np.sqrt(1 - z * z)
     expected = np.stack([np.cos(phi) * r, np.sin(phi) * r, z], 1)
     # The golden ratio is kept as a 32-bit fraction: its error grows with i, 2 pi i 2^-33, beside rounding.
-    assert np.abs(np.array(fibonacci(count), np.float64).T - expected).max() <= 2e-6 + 2 * np.pi * count * 2.0**-32
+    assert (
+        np.abs(np.array(fibonacci(count), np.float64).T - expected).max()
+        <= 2e-6 + 2 * np.pi * count * 2.0**-32
+    )
 
 
 @pytest.mark.parametrize("count", [8, 64, 128, 1000])

@@ -81,7 +81,9 @@ def test_back_faces_are_shortened_and_black(share):
 
 def test_double_sided_faces_are_fronts():
     s = small()
-    shut = room(diffuse(0.5, two_sided=True), light={"type": "point", "position": [0, 0, 0], "intensity": rgb(9.0)})
+    shut = room(
+        diffuse(0.5, two_sided=True), light={"type": "point", "position": [0, 0, 0], "intensity": rgb(9.0)}
+    )
     shut["room"]["flip_normals"] = False
     _, found = brought_back(load(shut), inside(s), s)
     sides(found.distance, s)
@@ -91,7 +93,11 @@ def test_double_sided_faces_are_fronts():
 def test_misses_are_infinitely_far_and_see_the_environment():
     s = small(direct_environment="field")
     scene = load(
-        {"type": "scene", "dot": {"type": "sphere", "radius": 1e-3, "center": [50, 50, 50]}, "sky": {"type": "constant", "radiance": rgb(0.3, 0.2, 0.1)}}
+        {
+            "type": "scene",
+            "dot": {"type": "sphere", "radius": 1e-3, "center": [50, 50, 50]},
+            "sky": {"type": "constant", "radiance": rgb(0.3, 0.2, 0.1)},
+        }
     )
     _, found = brought_back(scene, inside(s), s)
     assert np.isinf(np.array(found.distance)).all()
@@ -110,7 +116,9 @@ def test_hits_reflect_direct_light():
     hit = o + t * d
     axis = np.argmax(np.abs(hit), -1)
     to_light = np.array([0.1, 0, 0]) - hit
-    cosine = np.abs(np.take_along_axis(to_light, axis[..., None], -1)[..., 0]) / np.linalg.norm(to_light, axis=-1)
+    cosine = np.abs(np.take_along_axis(to_light, axis[..., None], -1)[..., 0]) / np.linalg.norm(
+        to_light, axis=-1
+    )
     expected = 0.8 / np.pi * 2 * cosine / (to_light**2).sum(-1)
     assert np.allclose(by_ray(found.radiance, s)[..., 0], expected, rtol=2e-3)
 
@@ -136,7 +144,13 @@ def test_energy_preservation_scales_the_feedback(share):
 @pytest.mark.parametrize("area", ["field", "sampled"])
 def test_full_paths_see_one_more_bounce_each(length, area):
     """In the furnace a path of n surfaces carries e (rho + ... + rho^n), and e where emitters are left to it."""
-    s = small(gather_bounces="path", gather_path_length=length, direct_area=area, rays_per_probe=256, blend_gamma=1.0)
+    s = small(
+        gather_bounces="path",
+        gather_path_length=length,
+        direct_area=area,
+        rays_per_probe=256,
+        blend_gamma=1.0,
+    )
     field = updated(furnace(), s, 12, inside(s))
     reflected = 0.5 * sum(0.5**n for n in range(1, length + 1))
     # A path of n surfaces that finds emitters by chance meets them at its first n hits.
@@ -168,7 +182,9 @@ def wall_points():
     """Points on five walls of the room, clear of its corners."""
     a, b = (x.ravel() for x in np.meshgrid(np.linspace(-0.7, 0.7, 5), np.linspace(-0.7, 0.7, 5)))
     one = np.ones_like(a)
-    return np.concatenate([np.stack(v, 1) for v in ((a, b, -one), (one, a, b), (-one, a, b), (a, one, b), (a, -one, b))])
+    return np.concatenate(
+        [np.stack(v, 1) for v in ((a, b, -one), (one, a, b), (-one, a, b), (a, one, b), (a, -one, b))]
+    )
 
 
 def wall_normals():

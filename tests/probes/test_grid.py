@@ -21,8 +21,7 @@ BOXES = [
 
 def corners(g):
     """(2, 3) positions of the first and the last probe."""
-    at = np.array(g.position(mi.UInt32([0, g.size - 1])), np.float64).T
-    return at
+    return np.array(g.position(mi.UInt32([0, g.size - 1])), np.float64).T
 
 
 def numbers(g):
@@ -50,16 +49,20 @@ def test_budget_is_kept_and_used(box, budget):
 def test_margin_is_exact_for_budget_and_counts(box, margin):
     for s in (grid.Settings(margin=margin), grid.Settings(margin=margin, counts=(9, 7, 8))):
         g = grid.fit(box, s)
-        origin, spacing = numbers(g)
+        _, spacing = numbers(g)
         size = np.array(box[1]) - np.array(box[0])
         first, last = corners(g)
-        assert np.allclose((np.array(box[0]) - first) / spacing, margin, atol=1e-4 * size.max() / spacing.min())
-        assert np.allclose((last - np.array(box[1])) / spacing, margin, atol=1e-4 * size.max() / spacing.min())
+        assert np.allclose(
+            (np.array(box[0]) - first) / spacing, margin, atol=1e-4 * size.max() / spacing.min()
+        )
+        assert np.allclose(
+            (last - np.array(box[1])) / spacing, margin, atol=1e-4 * size.max() / spacing.min()
+        )
 
 
 @pytest.mark.parametrize("box", BOXES)
 def test_spacing_is_taken_as_given(box):
-    step = 0.11 * max(h - l for l, h in zip(*box, strict=True))
+    step = 0.11 * max(high - low for low, high in zip(*box, strict=True))
     g = grid.fit(box, grid.Settings(spacing=step, margin=0.45))
     _, spacing = numbers(g)
     assert np.allclose(spacing, step, rtol=1e-6)

@@ -102,7 +102,17 @@ def test_a_constant_field_in_each_distance_format(name):
 def test_special_places_give_numbers(taps):
     """Exactly at a probe, on cell faces, on the volume's boundary, and far away."""
     places = np.array(
-        [(0, 0, 0), (1, 1, 1), (2, 2, 2), (0.5, 1, 1), (1, 0.5, 0), (-9, 3, 3), (1e6, -1e6, 5), (1e12, 0, 0), (-1e12,) * 3],
+        [
+            (0, 0, 0),
+            (1, 1, 1),
+            (2, 2, 2),
+            (0.5, 1, 1),
+            (1, 0.5, 0),
+            (-9, 3, 3),
+            (1e6, -1e6, 5),
+            (1e12, 0, 0),
+            (-1e12,) * 3,
+        ],
         float,
     )
     normals = [*np.eye(3), *-np.eye(3), unit(1, 1, 1)]
@@ -151,7 +161,9 @@ def test_square_root_blending_averages_roots():
     values = np.where(CORNERS[:, 0] == 0, 4.0, 16.0)
     for root, expected in ((True, 9.0), (False, 10.0)):
         s = plain(query_sqrt_blending=root)
-        assert query_at(one_cell(values, s), s, (0.5, 0.2, 0.7), (0, 1, 0))[0, 0] == pytest.approx(np.pi * expected, rel=1e-5)
+        assert query_at(one_cell(values, s), s, (0.5, 0.2, 0.7), (0, 1, 0))[0, 0] == pytest.approx(
+            np.pi * expected, rel=1e-5
+        )
 
 
 def test_without_trilinear_all_eight_count_alike():
@@ -167,10 +179,19 @@ def test_without_trilinear_all_eight_count_alike():
 DIAGONAL = unit(1, 1, 1)
 SEEN_AT = {7: 1.0, 6: 1 / 3, 1: -1 / 3, 0: -1.0}
 WRAPS = {
-    "half_cosine, 2019": ({"query_wrap": "half_cosine", "query_wrap_offset": 0.2}, lambda c: ((c + 1) / 2) ** 2 + 0.2),
-    "half_cosine, MFF 3.3": ({"query_wrap": "half_cosine", "query_wrap_offset": 0.0}, lambda c: ((c + 1) / 2) ** 2),
+    "half_cosine, 2019": (
+        {"query_wrap": "half_cosine", "query_wrap_offset": 0.2},
+        lambda c: ((c + 1) / 2) ** 2 + 0.2,
+    ),
+    "half_cosine, MFF 3.3": (
+        {"query_wrap": "half_cosine", "query_wrap_offset": 0.0},
+        lambda c: ((c + 1) / 2) ** 2,
+    ),
     "wrap, CTU 4.4, a = 1": ({"query_wrap": "wrap", "query_wrap_a": 1.0}, lambda c: ((c + 1) / 2) ** 2),
-    "wrap, CTU 4.4, a = 1/2": ({"query_wrap": "wrap", "query_wrap_a": 0.5}, lambda c: (max(c + 0.5, 0) / 1.5) ** 1.5),
+    "wrap, CTU 4.4, a = 1/2": (
+        {"query_wrap": "wrap", "query_wrap_a": 0.5},
+        lambda c: (max(c + 0.5, 0) / 1.5) ** 1.5,
+    ),
     "wrap, CTU 4.4, a = 0": ({"query_wrap": "wrap", "query_wrap_a": 0.0}, lambda c: max(c, 0)),
     "sharp, MFF 3.1": ({"query_wrap": "sharp"}, lambda c: max(c, 0)),
     "off": ({"query_wrap": "off"}, lambda c: 1.0),
@@ -315,7 +336,9 @@ def look_up(wide, direction):
     x, y = (square + 1) / 2 * n + 0.5
     c, r = int(x), int(y)
     fx, fy = x - c, y - r
-    return (wide[r, c] * (1 - fx) + wide[r, c + 1] * fx) * (1 - fy) + (wide[r + 1, c] * (1 - fx) + wide[r + 1, c + 1] * fx) * fy
+    return (wide[r, c] * (1 - fx) + wide[r, c + 1] * fx) * (1 - fy) + (
+        wide[r + 1, c] * (1 - fx) + wide[r + 1, c + 1] * fx
+    ) * fy
 
 
 def reference(s, radiance, moments, origin, spacing, counts, position, normal, viewer):
@@ -337,7 +360,10 @@ def reference(s, radiance, moments, origin, spacing, counts, position, normal, v
             mean, square = look_up(moments[probe], from_probe)
             variance = abs(square - mean**2)
             if r > mean:
-                w *= max((variance / (variance + (r - mean) ** 2)) ** s.query.chebyshev_exponent, s.query.visibility_floor)
+                w *= max(
+                    (variance / (variance + (r - mean) ** 2)) ** s.query.chebyshev_exponent,
+                    s.query.visibility_floor,
+                )
         w = max(w, query.SMALLEST)
         if s.query.crush and w < s.query.crush:
             w = w**3 / s.query.crush**2
@@ -351,8 +377,20 @@ def reference(s, radiance, moments, origin, spacing, counts, position, normal, v
 MIXES = {
     "default": {},
     "plain": PLAIN,
-    "ctu": {"query_wrap": "wrap", "query_chebyshev_exponent": 1.0, "query_visibility_floor": 0.0, "query_bias": "ctu", "query_bias_scale": 0.25},
-    "mff": {"query_wrap_offset": 0.0, "query_visibility_floor": 0.0, "query_crush": 0.0, "query_bias": "mff", "query_bias_scale": 0.1},
+    "ctu": {
+        "query_wrap": "wrap",
+        "query_chebyshev_exponent": 1.0,
+        "query_visibility_floor": 0.0,
+        "query_bias": "ctu",
+        "query_bias_scale": 0.25,
+    },
+    "mff": {
+        "query_wrap_offset": 0.0,
+        "query_visibility_floor": 0.0,
+        "query_crush": 0.0,
+        "query_bias": "mff",
+        "query_bias_scale": 0.1,
+    },
     "sharp": {"query_wrap": "sharp", "query_sqrt_blending": False},
     "wrap": {"query_wrap": "wrap", "query_wrap_a": 0.3, "query_chebyshev_exponent": 2.0},
     "no trilinear": {"query_trilinear": False},
@@ -420,7 +458,10 @@ def test_interpolation_is_continuous_across_map_edges():
     radiance = np.random.default_rng(9).uniform(0, 1, (8, 6, 6, 3))
     vol = hand_made(lattice((2, 2, 2)), s, radiance)
     t = np.linspace(-3, 3, 400)
-    for a, b in (((t, 1e-5 + 0 * t, -1 + 0 * t), (t, -1e-5 + 0 * t, -1 + 0 * t)), ((1e-5 + 0 * t, t, -1 + 0 * t), (-1e-5 + 0 * t, t, -1 + 0 * t))):
+    for a, b in (
+        ((t, 1e-5 + 0 * t, -1 + 0 * t), (t, -1e-5 + 0 * t, -1 + 0 * t)),
+        ((1e-5 + 0 * t, t, -1 + 0 * t), (-1e-5 + 0 * t, t, -1 + 0 * t)),
+    ):
         a, b = (np.stack(v, 1) / np.linalg.norm(np.stack(v, 1), axis=1, keepdims=True) for v in (a, b))
         p = np.full(a.shape, 0.3)
         # 2e-5 of an angle crosses 1e-4 of a texel.

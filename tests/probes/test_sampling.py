@@ -102,7 +102,9 @@ def test_low_discrepancy_shifts_differ_by_index_stream_and_seed():
 def test_low_discrepancy_does_not_depend_on_the_clock_tick():
     """Else every frame would start another sequence, and the mean over frames would be plain random."""
     at = [
-        np.array(low_discrepancy_2d(Clock(mi.UInt32(0), mi.UInt32(t)), 3, dr.arange(mi.UInt32, 8), mi.UInt32(4)))
+        np.array(
+            low_discrepancy_2d(Clock(mi.UInt32(0), mi.UInt32(t)), 3, dr.arange(mi.UInt32, 8), mi.UInt32(4))
+        )
         for t in (0, 9)
     ]
     assert np.array_equal(*at)

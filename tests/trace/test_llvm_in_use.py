@@ -21,5 +21,7 @@ def test_the_library_in_use_is_new_enough():
 
 def test_a_fresh_process_uses_the_library_we_ship():
     environment = {k: v for k, v in os.environ.items() if k != "DRJIT_LIBLLVM_PATH"}
-    done = subprocess.run([sys.executable, "-c", ASK], env=environment, capture_output=True, text=True, check=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", ASK], env=environment, capture_output=True, text=True, check=True, timeout=120
+    )
     assert int(done.stdout) >= LLVM_MINIMUM

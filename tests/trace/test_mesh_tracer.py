@@ -38,7 +38,9 @@ def straight(tracer, z, down=True, n=1, tick=0, stream=PIXEL_ALPHA):
 def clear(tracer, low, high, n=1, down=False):
     origin = mi.Point3f(dr.full(mi.Float, 0.1, n), 0.2, high if down else low)
     return np.array(
-        tracer.visible(origin, mi.Vector3f(0, 0, -1 if down else 1), mi.Float(high - low), dr.full(mi.Bool, True, n))
+        tracer.visible(
+            origin, mi.Vector3f(0, 0, -1 if down else 1), mi.Float(high - low), dr.full(mi.Bool, True, n)
+        )
     )
 
 
@@ -91,7 +93,11 @@ def test_inactive_lanes_miss():
     tracer = scene(floor=at_height(0.5, diffuse(0.6))).tracer
     for t in (tracer, scene(floor=at_height(0.5, mask(0.5))).tracer):
         hit = t.intersect(
-            mi.Point3f(0, 0, 3), mi.Vector3f(0, 0, -1), mi.Bool([True, False]), time=clock(0, 0), stream=PIXEL_ALPHA
+            mi.Point3f(0, 0, 3),
+            mi.Vector3f(0, 0, -1),
+            mi.Bool([True, False]),
+            time=clock(0, 0),
+            stream=PIXEL_ALPHA,
         )
         assert not bool(hit.valid[1])
         got = t.visible(mi.Point3f(0, 0, 3), mi.Vector3f(0, 0, 1), mi.Float(9), mi.Bool([True, False]))
@@ -142,7 +148,9 @@ def test_shadow_rays_carry_exactly_the_share():
 
 def test_a_closed_mask_is_a_wall_and_an_open_one_is_not_there():
     """An open card lets light pass that Mitsuba's `path` would stop."""
-    tracer = scene(open=at_height(0.5, mask(0.0)), floor=at_height(0.0, diffuse(0.6)), half=at_height(9.0, mask(0.5))).tracer
+    tracer = scene(
+        open=at_height(0.5, mask(0.0)), floor=at_height(0.0, diffuse(0.6)), half=at_height(9.0, mask(0.5))
+    ).tracer
     hit = straight(tracer, 3.0, n=256)
     assert np.allclose(np.array(hit.distance), 3.0, rtol=1e-4)
     assert clear(tracer, 0.1, 2.0) == 1

@@ -42,10 +42,10 @@ def measure(scene: Scene, s: RenderSettings) -> Steady:
     recordings = []
     for _ in range(WARM_UP):
         run.render()
-        recordings.append((advance().n_recordings, expose().n_recordings))
+        recordings.append((advance().recordings, expose().recordings))
     whole = [_milliseconds(run.render) for _ in range(STEADY)]
     halves = [(_milliseconds(run.update), _milliseconds(run.picture)) for _ in range(STEADY)]
-    recordings.append((advance().n_recordings, expose().n_recordings))
+    recordings.append((advance().recordings, expose().recordings))
     overhead, launches = _outside_kernels(run)
     return Steady(
         run.field,
@@ -83,14 +83,14 @@ class _Run:
         self._tick += 1
         scene = self._scene
         time = clock(self._s.seed, self._tick)
-        self.field = advance()(scene.tracer, scene.lights, self.field, time, self._s)
+        self.field = advance()(self._s, scene.tracer, scene.lights, self.field, time)
 
     def picture(self) -> None:
         """The camera half of `render_frame`."""
         scene, frame = self._scene, self.frame
         time = clock(self._s.seed, self._tick)
-        args = (scene.tracer, scene.lights, self.field, scene.camera, time, self._s, frame.picture)
-        self.frame = Frame(frame.size, expose()(*args))
+        args = (scene.tracer, scene.lights, self.field, scene.camera, time, frame.picture)
+        self.frame = Frame(frame.size, expose()(self._s, *args))
 
 
 def _outside_kernels(run: _Run) -> tuple[float, int]:

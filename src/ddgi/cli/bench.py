@@ -52,7 +52,7 @@ def bench(
     """
     if json_file is not None:
         check_figures_file(json_file)
-    settings_request.check_backend()
+    settings_request.start_backend()
     settings_request.settings()  # refuse bad settings before the first process starts
     if scene_request.size is None:
         scene_request = replace(scene_request, size=DEFAULT_SIZE)

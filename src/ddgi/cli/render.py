@@ -71,7 +71,7 @@ def _render(
     progress: Progress,
 ) -> dict[str, Any]:
     """Do it all; what can be refused is refused before the first ray."""
-    settings_request.check_backend()
+    settings_request.start_backend()
     from ddgi.output import check_writable, save
 
     for path in outputs:
@@ -81,7 +81,6 @@ def _render(
     settings = settings_request.settings()
     if any(path.suffix.lower() == ".exr" for path in outputs):
         settings = replace(settings, picture=replace(settings.picture, layers=True))
-    settings_request.start_backend()
     progress.phase(f"loading {source}")
     start = perf_counter()
     scene = scene_request.open(source)

@@ -6,8 +6,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ddgi.errors import BackendError
-
 if TYPE_CHECKING:
     from ddgi.scene.camera import Camera
     from ddgi.scene.scene import Scene
@@ -76,18 +74,6 @@ class SettingsRequest:
 
         seed = () if self.seed is None else (f"seed={self.seed}",)
         return load_settings(self.preset, self.config, (*self.set, *seed))
-
-    def check_backend(self) -> None:
-        """See that LLVM is there before Dr.Jit looks for it, which would complain in its own words.
-
-        Raises:
-            BackendError: It is missing or too old, and needed.
-        """
-        from ddgi import backend
-
-        may_use_gpu = self.backend == "cuda" or (self.backend == "auto" and backend._gpu_present())
-        if not may_use_gpu and (problem := backend._llvm_problem()):
-            raise BackendError(problem)
 
     def start_backend(self) -> str:
         """Choose the backend, and quieten Mitsuba: what matters comes as our own errors and notes."""

@@ -41,9 +41,15 @@ class Settings:
     """Where direct light comes from."""
 
     area: Annotated[Source, Doc("area lights: sampled with shadow rays, or left to the probes")] = "sampled"
-    environment: Annotated[Source, Doc("the environment: sampled with shadow rays, or left to the probes")] = "field"
-    camera_samples: Annotated[int, Interval(ge=1, le=256), Doc("shadow rays per pixel and frame to sampled lights of each kind")] = 4
-    probe_samples: Annotated[int, Interval(ge=1, le=64), Doc("shadow rays per probe hit to sampled lights of each kind")] = 1
+    environment: Annotated[
+        Source, Doc("the environment: sampled with shadow rays, or left to the probes")
+    ] = "field"
+    camera_samples: Annotated[
+        int, Interval(ge=1, le=256), Doc("shadow rays per pixel and frame to sampled lights of each kind")
+    ] = 4
+    probe_samples: Annotated[
+        int, Interval(ge=1, le=64), Doc("shadow rays per probe hit to sampled lights of each kind")
+    ] = 1
 
 
 @dataclass
@@ -51,7 +57,7 @@ class Reflected:
     """Direct light that leaves N surfaces towards the viewer, by lobe [W/(m^2 sr)]."""
 
     irradiance: mi.Color3f  # (N,) irradiance E [W/m^2] on the surface
-    specular: mi.Color3f    # (N,) radiance reflected by the GGX lobe
+    specular: mi.Color3f  # (N,) radiance reflected by the GGX lobe
 
 
 def direct_light(
@@ -112,7 +118,9 @@ def _add_delta_lights(out, tracer, lights, surface, specular) -> Reflected:
 
     width = dr.width(surface.distance)
     start = (mi.UInt32(0), dr.zeros(mi.Color3f, width), dr.zeros(mi.Color3f, width))
-    _, irradiance, radiance = dr.while_loop(start, lambda number, *_: number < count, body, label="delta lights")
+    _, irradiance, radiance = dr.while_loop(
+        start, lambda number, *_: number < count, body, label="delta lights"
+    )
     return Reflected(irradiance, radiance)
 
 

@@ -22,11 +22,11 @@ class DeltaLights:
     """N point, spot and directional lights, one column each."""
 
     count: int
-    kind: mi.UInt32          # (N,) POINT, SPOT or DIRECTIONAL
-    position: mi.Float       # (4 N,) x y z, unused [m]
-    direction: mi.Float      # (4 N,) x y z: the way light travels, unit length; unused
-    intensity: mi.Float      # (4 N,) r g b, unused; W/sr, or W/m^2 facing a directional light
-    cone: mi.Float           # (2 N,) spot: cutoff angle [rad], 1 / (cutoff - beam width)
+    kind: mi.UInt32  # (N,) POINT, SPOT or DIRECTIONAL
+    position: mi.Float  # (4 N,) x y z, unused [m]
+    direction: mi.Float  # (4 N,) x y z: the way light travels, unit length; unused
+    intensity: mi.Float  # (4 N,) r g b, unused; W/sr, or W/m^2 facing a directional light
+    cone: mi.Float  # (2 N,) spot: cutoff angle [rad], 1 / (cutoff - beam width)
 
 
 @dataclass
@@ -34,11 +34,11 @@ class Lights:
     """All lights of a scene."""
 
     delta: DeltaLights
-    area: mi.EmitterPtr | None        # (A,) area emitters to sample, None without any
+    area: mi.EmitterPtr | None  # (A,) area emitters to sample, None without any
     area_count: int
-    area_bounds: mi.Float             # (4 A,) sphere around each: centre x y z, radius [m]
-    area_power: mi.Float              # (A,) emitted radiance times area, luminance [W/sr]
-    environment: mi.Emitter | None    # constant or envmap, what rays that leave the scene see
+    area_bounds: mi.Float  # (4 A,) sphere around each: centre x y z, radius [m]
+    area_power: mi.Float  # (A,) emitted radiance times area, luminance [W/sr]
+    environment: mi.Emitter | None  # constant or envmap, what rays that leave the scene see
 
 
 @dataclass
@@ -46,8 +46,8 @@ class LightSample:
     """One direction to a light from each of N points, before visibility."""
 
     direction: mi.Vector3f  # (N,) unit, towards the light
-    distance: mi.Float      # (N,) [m], infinite for lights at infinity
-    power: mi.Color3f       # (N,) irradiance facing the light, divided by the sampling density
+    distance: mi.Float  # (N,) [m], infinite for lights at infinity
+    power: mi.Color3f  # (N,) irradiance facing the light, divided by the sampling density
 
 
 @dataclass
@@ -122,7 +122,13 @@ def pick_area_light(lights: Lights, position: mi.Point3f, u: mi.Float) -> tuple[
         return number + 1, total, dr.select(take, number, picked), dr.select(take, weight, share), u
 
     width = dr.width(position)
-    start = (mi.UInt32(0), dr.zeros(mi.Float, width), dr.zeros(mi.UInt32, width), dr.zeros(mi.Float, width), u)
+    start = (
+        mi.UInt32(0),
+        dr.zeros(mi.Float, width),
+        dr.zeros(mi.UInt32, width),
+        dr.zeros(mi.Float, width),
+        u,
+    )
     _, total, picked, share, _ = dr.while_loop(
         start, lambda number, *_: number < lights.area_count, body, label="pick an area light"
     )

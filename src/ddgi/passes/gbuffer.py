@@ -20,7 +20,9 @@ from ddgi.trace.tracer import Tracer
 class Settings:
     """How pixels are sampled."""
 
-    antialias: Annotated[bool, Doc("move the sample within the pixel from frame to frame; frames then average to a box filter")] = True
+    antialias: Annotated[
+        bool, Doc("move the sample within the pixel from frame to frame; frames then average to a box filter")
+    ] = True
 
 
 def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface:

@@ -18,7 +18,9 @@ from ddgi.trace.surface import Surface
 class Settings:
     """What a frame keeps."""
 
-    layers: Annotated[bool, Doc("keep direct, indirect, emission, irradiance, albedo, normal and depth beside the picture")] = False
+    layers: Annotated[
+        bool, Doc("keep direct, indirect, emission, irradiance, albedo, normal and depth beside the picture")
+    ] = False
 
 
 CHANNELS = {"direct": 3, "indirect": 3, "emission": 3, "irradiance": 3, "albedo": 3, "normal": 3, "depth": 1}
@@ -31,12 +33,12 @@ FROM_FIELD = ("indirect", "irradiance")
 class Picture:
     """Means over the frames so far. Lanes are pixels, row by row from the top left."""
 
-    immediate: mi.Color3f                        # (N,) direct light and emission [W/(m^2 sr)]
-    indirect: mi.Color3f                         # (N,) light from the field [W/(m^2 sr)]
-    layers: dict[str, mi.Color3f | mi.Float]     # by name, empty unless asked for
-    weight: mi.Float                             # (1,) sum of the weights of the frames in the field's mean
-    frames: mi.UInt32                            # (1,) number of frames in the mean
-    non_finite: mi.UInt32                        # (1,) pixel values that were not numbers, taken as black
+    immediate: mi.Color3f  # (N,) direct light and emission [W/(m^2 sr)]
+    indirect: mi.Color3f  # (N,) light from the field [W/(m^2 sr)]
+    layers: dict[str, mi.Color3f | mi.Float]  # by name, empty unless asked for
+    weight: mi.Float  # (1,) sum of the weights of the frames in the field's mean
+    frames: mi.UInt32  # (1,) number of frames in the mean
+    non_finite: mi.UInt32  # (1,) pixel values that were not numbers, taken as black
 
     @property
     def radiance(self) -> mi.Color3f:

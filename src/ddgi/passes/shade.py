@@ -44,7 +44,14 @@ def shade(
         time=time, stream=sampling.PIXEL_LIGHT, samples=direct_settings.camera_samples, specular=specular,
     )  # fmt: skip
     ambient = irradiance(
-        field, surface.position, surface.normal, surface.to_viewer, surface.lit, layout, query_settings, surface.distance
+        field,
+        surface.position,
+        surface.normal,
+        surface.to_viewer,
+        surface.lit,
+        layout,
+        query_settings,
+        surface.distance,
     )
     ambient = dr.select(surface.lit, ambient, mi.Color3f(0))
     background = environment_radiance(lights, -surface.to_viewer, ~surface.valid)

@@ -19,9 +19,13 @@ class Settings:
 
     exposure: Annotated[
         Annotated[float, Interval(ge=-64, le=64)] | None,
-        Doc("fixed exposure in stops: radiance times 2^exposure; none: automatic, the log-mean becomes middle grey"),
+        Doc(
+            "fixed exposure in stops: radiance times 2^exposure; none: automatic, the log-mean becomes middle grey"
+        ),
     ] = None
-    curve: Annotated[Literal["filmic", "linear"], Doc("filmic rolls highlights off (Narkowicz 2015); linear clips them")] = "filmic"
+    curve: Annotated[
+        Literal["filmic", "linear"], Doc("filmic rolls highlights off (Narkowicz 2015); linear clips them")
+    ] = "filmic"
 
 
 def automatic_exposure(radiance: np.ndarray) -> float:

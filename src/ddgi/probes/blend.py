@@ -14,8 +14,8 @@ import mitsuba as mi
 from annotated_types import Ge, Interval
 from typing_extensions import Doc
 
-from ddgi.extrema import at_least, at_most
 from ddgi import sampling
+from ddgi.extrema import at_least, at_most
 from ddgi.probes import formats, query, volume
 from ddgi.probes.gather import Gathered
 from ddgi.probes.octahedral import bordered, interior, texel_directions
@@ -27,19 +27,37 @@ from ddgi.sampling import Clock, uniform_2d
 class Settings:
     """How new light replaces old."""
 
-    hysteresis: Annotated[float, Interval(ge=0, le=0.9999), Doc("share of the old value that stays at each update (SCALE eq. 1)")] = 0.97
+    hysteresis: Annotated[
+        float,
+        Interval(ge=0, le=0.9999),
+        Doc("share of the old value that stays at each update (SCALE eq. 1)"),
+    ] = 0.97
     warm_up: Annotated[
-        int, Ge(0), Doc("first updates that keep nothing old, one bounce each; then a running mean until hysteresis is reached; 0: hysteresis from the second update on")
+        int,
+        Ge(0),
+        Doc(
+            "first updates that keep nothing old, one bounce each; then a running mean until hysteresis is reached; 0: hysteresis from the second update on"
+        ),
     ] = 8
-    gamma: Annotated[float, Interval(ge=1, le=16), Doc("irradiance is blended as S^(1/gamma) (SCALE 4.2); 5 follows falling light faster, 1 measures best: above it noise darkens the mean")] = 1.0
-    sharpness: Annotated[float, Interval(ge=1, le=500), Doc("power of the cosine that weights distances (CTU eq. 4.14)")] = 50.0
+    gamma: Annotated[
+        float,
+        Interval(ge=1, le=16),
+        Doc(
+            "irradiance is blended as S^(1/gamma) (SCALE 4.2); 5 follows falling light faster, 1 measures best: above it noise darkens the mean"
+        ),
+    ] = 1.0
+    sharpness: Annotated[
+        float, Interval(ge=1, le=500), Doc("power of the cosine that weights distances (CTU eq. 4.14)")
+    ] = 50.0
     long_distances: Annotated[
         Literal["clamp", "reject", "off"],
         Doc("distances beyond volume.longest_distance: shortened to it, left out (MFF 3.3.2), or kept"),
     ] = "clamp"
 
 
-def blend(vol: ProbeVolume, found: Gathered, time: Clock, layout: volume.Settings, s: Settings, q: query.Settings) -> ProbeVolume:
+def blend(
+    vol: ProbeVolume, found: Gathered, time: Clock, layout: volume.Settings, s: Settings, q: query.Settings
+) -> ProbeVolume:
     """The volume after one update."""
     alpha = hysteresis(vol.age, s)
     return replace(
@@ -84,11 +102,11 @@ def _blend_distance(vol, found, alpha, time, layout, s):
 
     lane = dr.arange(mi.UInt32, probes * (size + 2) ** 2)
     probe, texel = _source_texel(lane, size)
-    column = [dr.gather(mi.Float, sums, (probe * len(channels) + c) * texels + texel) for c in range(len(channels))]
-    if len(channels) == 3:
-        weight = column[2]
-    else:
-        weight = dr.gather(mi.Float, dr.sum(weights, axis=1).array, texel)
+    column = [
+        dr.gather(mi.Float, sums, (probe * len(channels) + c) * texels + texel) for c in range(len(channels))
+    ]
+    # Without a mask all rays count, so the weights' sum is the same for all probes.
+    weight = column[2] if len(channels) == 3 else dr.gather(mi.Float, dr.sum(weights, axis=1).array, texel)
     new = mi.Vector2f(column[0], column[1]) / at_least(weight, 1e-12)
     old = formats.read(fmt, vol.distance, probe * (size + 2) ** 2 + bordered(texel, size), mi.Bool(True))
     # A texel that no ray came near keeps its old value; with none, nothing is near.

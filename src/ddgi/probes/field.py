@@ -23,7 +23,7 @@ class IrradianceField:
     """The probe field: state that `render_frame` advances."""
 
     volumes: list[ProbeVolume]  # one; fine to coarse when there are several
-    non_finite: mi.UInt32       # (1,) rays so far whose light was not a number
+    non_finite: mi.UInt32  # (1,) rays so far whose light was not a number
 
     @staticmethod
     def fit(scene: Scene, settings: RenderSettings) -> IrradianceField:

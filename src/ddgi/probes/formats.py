@@ -55,14 +55,30 @@ def pack(fmt: Format, value: Any, dither: mi.Float) -> Any:
 # ---- irradiance: three channels ---------------------------------------------------------------
 
 
+def _shorten(x: mi.Float, mantissa: int, dither: mi.Float) -> mi.Float:
+    """Round to a float of five exponent bits (bias 15) and fewer mantissa bits, up or down at random.
+
+    x: >= 0. The mean over dithers is x itself, up to the format's largest value, where it saturates.
+    """
+    top = (2 - 2.0**-mantissa) * 2.0**15
+    x = clamp(x, 0, top)
+    spare = 23 - mantissa
+    bits = dr.reinterpret_array(mi.UInt32, x) + mi.UInt32(dither * 2**spare)
+    normal = dr.reinterpret_array(
+        mi.Float, bits & (0xFFFFFFFF << spare & 0xFFFFFFFF)
+    )  # a carry goes on into the exponent
+    unit = 2.0 ** (-14 - mantissa)
+    return dr.select(x < 2.0**-14, dr.floor(x / unit + dither) * unit, at_most(normal, top))
+
+
 def _f16(value: mi.Float, dither: mi.Float) -> Any:
-    """To half precision, rounding at random between the two nearest values."""
-    return dr.float16_array_t(mi.Float)(dr.fma(value * (dither - 0.5), 2.0**-10.5, value))
+    return dr.float16_array_t(mi.Float)(_shorten(value, 10, dither))
 
 
 def _rgbe_encode(c: mi.Color3f, dither: mi.Float) -> Any:
     """Eight bits a channel with a shared exponent (Ward 1991)."""
-    exponent = dr.ceil(dr.log2(at_least(largest(c), 2.0**-60)) + 1e-6)
+    # The exponent that brings the largest channel to at most 255, so that no rounding overflows.
+    exponent = clamp(dr.ceil(dr.log2(largest(c) * (256 / 255)) - 1e-6), -120, 120)
     scale = dr.exp2(8 - exponent)
     quantise = lambda x: at_most(dr.floor(x * scale + dither), 255)  # noqa: E731
     return _packet_u8(4)(quantise(c.x), quantise(c.y), quantise(c.z), exponent + 128)
@@ -78,14 +94,11 @@ def _packet_u8(channels: int) -> type:
 
 
 def _small_float(x: mi.Float, mantissa: int, dither: mi.Float) -> mi.UInt32:
-    """Unsigned float with five exponent bits (bias 15), as in R11G11B10."""
-    x = clamp(x, 0, 65024.0 if mantissa == 6 else 64512.0)
-    exponent = at_least(dr.floor(dr.log2(at_least(x, 2.0**-30))), -14)
-    unit = dr.exp2(exponent - mantissa)
-    steps = dr.floor(x / unit + dither)  # rounding up may carry into the exponent, as it should
-    normal = steps >= 2**mantissa
-    bits = mi.UInt32(dr.select(normal, (exponent + 14) * 2**mantissa, 0) + steps)
-    return at_most(bits, (31 << mantissa) - 1)
+    """The bits of an unsigned float with five exponent bits, as in R11G11B10."""
+    x = _shorten(x, mantissa, dither)
+    bits = dr.reinterpret_array(mi.UInt32, x) >> (23 - mantissa)
+    subnormal = mi.UInt32(dr.round(x * 2.0 ** (14 + mantissa)))
+    return dr.select(x < 2.0**-14, subnormal, bits - ((127 - 15) << mantissa))
 
 
 def _small_float_decode(bits: mi.UInt32, mantissa: int) -> mi.Float:

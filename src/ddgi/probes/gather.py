@@ -36,14 +36,20 @@ class Settings:
     ] = "field"
     path_length: Annotated[int, Interval(ge=1, le=32), Doc("surfaces along a full path")] = 4
     energy_preservation: Annotated[
-        float, Interval(ge=0, le=1), Doc("multiplies the field's light at hits, so that bounces cannot gain energy (CTU 4.4)")
+        float,
+        Interval(ge=0, le=1),
+        Doc("multiplies the field's light at hits, so that bounces cannot gain energy (CTU 4.4)"),
     ] = 1.0
     back_face_distance: Annotated[
-        float, Interval(ge=0, le=1), Doc("distance of a back-face hit times this: shortened by 80 % (SCALE 4.1), 0 in MFF")
+        float,
+        Interval(ge=0, le=1),
+        Doc("distance of a back-face hit times this: shortened by 80 % (SCALE 4.1), 0 in MFF"),
     ] = 0.2
     taps: Annotated[
         Literal["bilinear", "stochastic"],
-        Doc("texels read from each map at hits: four, or one picked with their weights (faster; the mean is the same)"),
+        Doc(
+            "texels read from each map at hits: four, or one picked with their weights (faster; the mean is the same)"
+        ),
     ] = "stochastic"
 
 
@@ -52,9 +58,9 @@ class Gathered:
     """What R P rays brought back, in the lane order of `ProbeRays`."""
 
     directions: mi.Vector3f  # (R,)
-    radiance: mi.Color3f     # (R P,) finite
-    distance: mi.Float       # (R P,) in reach units; infinite where nothing was hit
-    non_finite: mi.UInt32    # (1,) rays whose radiance was not a number, counted as black
+    radiance: mi.Color3f  # (R P,) finite
+    distance: mi.Float  # (R P,) in reach units; infinite where nothing was hit
+    non_finite: mi.UInt32  # (1,) rays whose radiance was not a number, counted as black
 
 
 def gather(
@@ -107,7 +113,15 @@ def _feedback(vol, surface: Surface, time: Clock, s: Settings, q: query.Settings
         lane = dr.arange(mi.UInt32, dr.width(surface.distance))
         tap = sampling.uniform_2d(time, sampling.PROBE_TAP, lane)
     return query.irradiance(
-        vol, surface.position, surface.normal, surface.to_viewer, surface.lit, layout, q, tap, surface.distance
+        vol,
+        surface.position,
+        surface.normal,
+        surface.to_viewer,
+        surface.lit,
+        layout,
+        q,
+        tap,
+        surface.distance,
     )
 
 

@@ -16,8 +16,8 @@ import mitsuba as mi
 from annotated_types import Ge, Gt, Interval
 from typing_extensions import Doc
 
-from ddgi.extrema import at_most
 from ddgi.errors import SettingsError
+from ddgi.extrema import at_most
 from ddgi.probes.walls import Walls, best_margins
 
 Triple = tuple[float, float, float]
@@ -37,11 +37,17 @@ class Settings:
     spacing: Annotated[
         Annotated[float, Gt(0)] | None, Doc("distance between probes [m]; none: from the budget of probes")
     ] = None
-    budget: Annotated[int, Interval(ge=8, le=4_194_304), Doc("most probes to place when neither counts nor spacing are given")] = 2048
+    budget: Annotated[
+        int,
+        Interval(ge=8, le=4_194_304),
+        Doc("most probes to place when neither counts nor spacing are given"),
+    ] = 2048
     margin: Annotated[
         Annotated[float, Interval(ge=-0.45, le=4)] | None,
-        Doc("how far the grid reaches beyond the box on each side, in spacings: -0.1 puts the outermost probes just "
-            "inside walls at the box's faces, 0 in them, 0.45 behind them; none: fitted to the walls of the scene"),
+        Doc(
+            "how far the grid reaches beyond the box on each side, in spacings: -0.1 puts the outermost probes just "
+            "inside walls at the box's faces, 0 in them, 0.45 behind them; none: fitted to the walls of the scene"
+        ),
     ] = None
     memory_limit: Annotated[float, Ge(1), Doc("most memory the field may need [MB]")] = 4096.0
 
@@ -51,7 +57,7 @@ class ProbeGrid:
     """One regular grid of P = nx ny nz probes."""
 
     counts: tuple[int, int, int]
-    origin: mi.Point3f    # (1,) position of probe 0 [m]
+    origin: mi.Point3f  # (1,) position of probe 0 [m]
     spacing: mi.Vector3f  # (1,) [m]
 
     @property
@@ -95,14 +101,17 @@ def fit(box: Box, s: Settings, walls: list[Walls] | None = None) -> ProbeGrid:
         SettingsError: The box is empty or not finite, or counts are below 2.
     """
     low, high = s.box or box
-    extent = [h - l for l, h in zip(low, high, strict=True)]
+    extent = [b - a for a, b in zip(low, high, strict=True)]
     if not all(map(math.isfinite, (*low, *high))) or min(extent) < 0 or max(extent) <= 0:
-        raise SettingsError(f"grid.box must be finite and have its low corner below the high one: {low} {high}")
+        raise SettingsError(
+            f"grid.box must be finite and have its low corner below the high one: {low} {high}"
+        )
     counts = _counts(extent, s)
     if min(counts) < 2:
         raise SettingsError(f"grid.counts must be 2 or more along each axis: {counts}")
     axes = [
-        _planes(low[a], high[a], counts[a], max(extent) * FLAT, s, walls[a] if walls else None) for a in range(3)
+        _planes(low[a], high[a], counts[a], max(extent) * FLAT, s, walls[a] if walls else None)
+        for a in range(3)
     ]
     first, spacing = zip(*axes, strict=True)
     return ProbeGrid(counts, dr.opaque(mi.Point3f, list(first)), dr.opaque(mi.Vector3f, list(spacing)))
@@ -114,13 +123,15 @@ FLAT = 1e-3
 
 def _planes(low: float, high: float, count: int, smallest: float, s: Settings, walls: Walls | None):
     """First plane and spacing along one axis [m]."""
-    low, high = (low, high) if high - low >= smallest else ((low + high - smallest) / 2, (low + high + smallest) / 2)
-    if s.spacing is not None and s.counts is None:
+    low, high = (
+        (low, high) if high - low >= smallest else ((low + high - smallest) / 2, (low + high + smallest) / 2)
+    )
+    if s.spacing is not None:
         return (low + high - s.spacing * (count - 1)) / 2, s.spacing
     below = above = -0.1 if s.margin is None else s.margin
     if s.margin is None and walls is not None:
         below, above = best_margins(walls, low, high, count)
-    spacing = s.spacing or (high - low) / max(count - 1 - below - above, 0.5)
+    spacing = (high - low) / max(count - 1 - below - above, 0.5)
     return low - below * spacing, spacing
 
 

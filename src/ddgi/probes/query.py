@@ -28,21 +28,35 @@ class Settings:
     trilinear: Annotated[bool, Doc("weight probes by their place in the cell")] = True
     wrap: Annotated[
         Literal["half_cosine", "wrap", "sharp", "off"],
-        Doc("how probes behind the surface count: ((cos + 1)/2)^2 (2019 paper, MFF eq. 3.3); "
-            "((cos + a)/(1 + a))^(1 + a) (CTU eq. 4.4); max(cos, 0) (MFF eq. 3.1); or not at all"),
+        Doc(
+            "how probes behind the surface count: ((cos + 1)/2)^2 (2019 paper, MFF eq. 3.3); "
+            "((cos + a)/(1 + a))^(1 + a) (CTU eq. 4.4); max(cos, 0) (MFF eq. 3.1); or not at all"
+        ),
     ] = "half_cosine"
-    wrap_offset: Annotated[float, Interval(ge=0, le=1), Doc("added to half_cosine: 0.2 in the 2019 paper, 0 in MFF")] = 0.0
+    wrap_offset: Annotated[
+        float, Interval(ge=0, le=1), Doc("added to half_cosine: 0.2 in the 2019 paper, 0 in MFF")
+    ] = 0.0
     wrap_a: Annotated[float, Interval(ge=0, le=1), Doc("a of wrap (CTU eq. 4.4)")] = 1.0
     visibility: Annotated[bool, Doc("weight probes by how likely they see the point")] = True
-    chebyshev_exponent: Annotated[float, Interval(ge=0.25, le=16), Doc("power of the Chebyshev bound: 3 (MFF listing 3.10), 1 (CTU eq. 4.9)")] = 3.0
+    chebyshev_exponent: Annotated[
+        float,
+        Interval(ge=0.25, le=16),
+        Doc("power of the Chebyshev bound: 3 (MFF listing 3.10), 1 (CTU eq. 4.9)"),
+    ] = 3.0
     visibility_floor: Annotated[float, Interval(ge=0, le=1), Doc("least visibility weight of a probe")] = 0.0
-    crush: Annotated[float, Interval(ge=0, le=1), Doc("weights w below c become w^3/c^2 (CTU eq. 4.10); 0 switches off")] = 0.2
+    crush: Annotated[
+        float, Interval(ge=0, le=1), Doc("weights w below c become w^3/c^2 (CTU eq. 4.10); 0 switches off")
+    ] = 0.2
     bias: Annotated[
         Literal["scale", "ctu", "mff", "off"],
-        Doc("direction in which the point is moved for visibility: (0.2 n + 0.8 v) 0.75 spacing (SCALE eq. 2); "
-            "(0.8 n + 0.3 v) (CTU eq. 4.11); (n + 3 v) (MFF listing 3.9)"),
+        Doc(
+            "direction in which the point is moved for visibility: (0.2 n + 0.8 v) 0.75 spacing (SCALE eq. 2); "
+            "(0.8 n + 0.3 v) (CTU eq. 4.11); (n + 3 v) (MFF listing 3.9)"
+        ),
     ] = "scale"
-    bias_scale: Annotated[float, Ge(0), Doc("multiplies the bias: 0.3 (SCALE); metres for ctu and mff (0.25 in MFF)")] = 0.6
+    bias_scale: Annotated[
+        float, Ge(0), Doc("multiplies the bias: 0.3 (SCALE); metres for ctu and mff (0.25 in MFF)")
+    ] = 0.6
     sqrt_blending: Annotated[bool, Doc("average probes in square-root space (SCALE listing 2)")] = True
 
 
@@ -108,7 +122,12 @@ def irradiance(
         if s.trilinear:
             weight *= shares[0][step[0]] * shares[1][step[1]] * shares[2][step[2]]
         value = _interpolate(
-            formats.IRRADIANCE[layout.irradiance_format], vol.irradiance, layout.irradiance_size, probe, at_normal, active
+            formats.IRRADIANCE[layout.irradiance_format],
+            vol.irradiance,
+            layout.irradiance_size,
+            probe,
+            at_normal,
+            active,
         )
         total += weight * value
         weights += weight

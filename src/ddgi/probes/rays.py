@@ -30,10 +30,10 @@ class Settings:
 class ProbeRays:
     """R rays from each of P probes; lane = ray * P + probe."""
 
-    count: int                # R
-    directions: mi.Vector3f   # (R,) unit
-    origin: mi.Point3f        # (R P,) [m]
-    direction: mi.Vector3f    # (R P,) unit
+    count: int  # R
+    directions: mi.Vector3f  # (R,) unit
+    origin: mi.Point3f  # (R P,) [m]
+    direction: mi.Vector3f  # (R P,) unit
 
 
 def spawn(layout: ProbeGrid, time: Clock, s: Settings) -> ProbeRays:

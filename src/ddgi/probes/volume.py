@@ -22,12 +22,20 @@ DistanceFormat = Literal["float32", "float16", "unorm8"]
 class Settings:
     """What a probe stores."""
 
-    irradiance_size: Annotated[int, Interval(ge=2, le=64), Doc("interior texels per side of the irradiance map (SCALE 3)")] = 8
-    distance_size: Annotated[int, Interval(ge=2, le=64), Doc("interior texels per side of the distance map (SCALE 3)")] = 16
+    irradiance_size: Annotated[
+        int, Interval(ge=2, le=64), Doc("interior texels per side of the irradiance map (SCALE 3)")
+    ] = 8
+    distance_size: Annotated[
+        int, Interval(ge=2, le=64), Doc("interior texels per side of the distance map (SCALE 3)")
+    ] = 16
     irradiance_format: Annotated[IrradianceFormat, Doc("texel format of the irradiance map")] = "float32"
     distance_format: Annotated[DistanceFormat, Doc("texel format of the distance map")] = "float32"
     longest_distance: Annotated[
-        float, Gt(0), Doc("distances that matter end here, in cell diagonals: one, and half of another that a moved probe may add (MFF 3.3.2)")
+        float,
+        Gt(0),
+        Doc(
+            "distances that matter end here, in cell diagonals: one, and half of another that a moved probe may add (MFF 3.3.2)"
+        ),
     ] = 1.5
 
 
@@ -36,9 +44,9 @@ class ProbeVolume:
     """State of one grid of P probes. Maps are flat: probe by probe, row by row, border included."""
 
     grid: ProbeGrid
-    irradiance: Any    # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
-    distance: Any      # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
-    age: mi.UInt32     # (1,) updates since the maps were empty
+    irradiance: Any  # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
+    distance: Any  # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
+    age: mi.UInt32  # (1,) updates since the maps were empty
 
     def reach(self, s: Settings) -> mi.Float:
         """The longest distance kept [m], (1,): the unit of the distance map."""
@@ -65,12 +73,12 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
             f"{budget_mb:,.0f} MB: use fewer probes (grid.counts, grid.spacing) or raise grid.memory_limit"
         )
     if layout.size * (s.distance_size + 2) ** 2 >= 2**30 or layout.size * rays_per_probe >= 2**31:
-        raise SettingsError(f"a volume of {layout.size:,} probes has more texels or rays than 32-bit numbers reach")
+        raise SettingsError(
+            f"a volume of {layout.size:,} probes has more texels or rays than 32-bit numbers reach"
+        )
     return ProbeVolume(
         layout,
         formats.allocate(formats.IRRADIANCE[s.irradiance_format], layout.size * (s.irradiance_size + 2) ** 2),
         formats.allocate(formats.DISTANCE[s.distance_format], layout.size * (s.distance_size + 2) ** 2),
         dr.opaque(mi.UInt32, 0),
     )
-
-

@@ -34,9 +34,9 @@ _MARGINS = np.linspace(-0.4, 0.5, 46)
 class Walls:
     """The walls across one axis."""
 
-    place: np.ndarray   # (W,) coordinate [m]
+    place: np.ndarray  # (W,) coordinate [m]
     facing: np.ndarray  # (W,) +1 or -1: the side they were seen from
-    share: np.ndarray   # (W,) how much was seen of them; sums to one
+    share: np.ndarray  # (W,) how much was seen of them; sums to one
 
 
 def find(tracer: Tracer, box: tuple[tuple[float, ...], tuple[float, ...]]) -> list[Walls]:
@@ -55,7 +55,11 @@ def find(tracer: Tracer, box: tuple[tuple[float, ...], tuple[float, ...]]) -> li
 
 def _across(place: np.ndarray, cosine: np.ndarray, low: float, high: float) -> Walls:
     """Gather hits into walls: those of one facing within a thousandth of the box are one."""
-    aligned = (np.abs(cosine) > STRAIGHT) & (place >= low - 1e-3 * (high - low)) & (place <= high + 1e-3 * (high - low))
+    aligned = (
+        (np.abs(cosine) > STRAIGHT)
+        & (place >= low - 1e-3 * (high - low))
+        & (place <= high + 1e-3 * (high - low))
+    )
     step = max(high - low, 1e-9) * 1e-3
     keys = np.stack([np.round(place[aligned] / step), np.sign(cosine[aligned])], 1)
     walls, index, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)

@@ -24,12 +24,12 @@ class Camera:
     """
 
     name: str
-    position: mi.Point3f     # (1,) [m]
-    forward: mi.Vector3f     # (1,) unit
-    right: mi.Vector3f       # (1,) half width of the picture at distance one
-    up: mi.Vector3f          # (1,) half height of the picture at distance one
-    near: mi.Float           # (1,) [m] the camera alone sees nothing closer, along `forward`
-    size: tuple[int, int]    # (width, height) [pixels]
+    position: mi.Point3f  # (1,) [m]
+    forward: mi.Vector3f  # (1,) unit
+    right: mi.Vector3f  # (1,) half width of the picture at distance one
+    up: mi.Vector3f  # (1,) half height of the picture at distance one
+    near: mi.Float  # (1,) [m] the camera alone sees nothing closer, along `forward`
+    size: tuple[int, int]  # (width, height) [pixels]
     orthographic: bool = False
 
 

@@ -91,10 +91,10 @@ class Pack:
 
         return Textures(
             texels=mi.Float16(np.concatenate(parts)),
-            offset=mi.UInt32(list(first[id(i.texels)] for i in self._images)),
-            width=mi.UInt32(list(i.texels.shape[1] for i in self._images)),
-            height=mi.UInt32(list(i.texels.shape[0] for i in self._images)),
-            wrap=mi.UInt32(list(i.wrap for i in self._images)),
-            nearest=mi.Bool(list(i.nearest for i in self._images)),
-            to_uv=mi.Float(list(x for i in self._images for row in i.to_uv for x in (*row, 0.0))),
+            offset=mi.UInt32([first[id(i.texels)] for i in self._images]),
+            width=mi.UInt32([i.texels.shape[1] for i in self._images]),
+            height=mi.UInt32([i.texels.shape[0] for i in self._images]),
+            wrap=mi.UInt32([i.wrap for i in self._images]),
+            nearest=mi.Bool([i.nearest for i in self._images]),
+            to_uv=mi.Float([x for i in self._images for row in i.to_uv for x in (*row, 0.0)]),
         )

@@ -291,7 +291,7 @@ def _brightest(texture: mi.Texture) -> tuple[tuple[float, float], np.ndarray]:
     inside = (np.arange(64) + 0.5) / 64
     u, v = (axis.ravel() for axis in np.meshgrid(inside, inside))
     si = dr.zeros(mi.SurfaceInteraction3f, u.size)
-    si.uv = mi.Point2f(np.float32([u, v]))
+    si.uv = mi.Point2f(np.array([u, v], np.float32))
     colors = np.array(texture.eval(si)).reshape(3, -1)
     best = int(colors.min(0).argmax())
     return (float(u[best]), float(v[best])), colors[:, best]

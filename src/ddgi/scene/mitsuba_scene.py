@@ -56,22 +56,7 @@ def import_scene(
     if added:
         tree.graft(added.description(up), "added by the caller")
 
-    textures = TextureReader(tree, notes)
-    emitters = EmitterReader(tree, textures, notes)
-    shapes = ShapeReader(tree, MaterialReader(textures, notes), emitters, notes)
-    for key, child in tree.children(0):
-        kind = tree.kind(child) if isinstance(child, int) else None
-        if kind == mi.ObjectType.Shape or isinstance(child, mi.Shape):
-            shapes.add(child, key)
-        elif kind == mi.ObjectType.Emitter or isinstance(child, mi.Emitter):
-            emitters.add(tree.build(child) if isinstance(child, int) else child)
-        elif kind in (mi.ObjectType.BSDF, mi.ObjectType.Texture):
-            tree.build(child)  # unused ones too: a mistake in them is a mistake in the file
-    geometry = shapes.geometry
-    if geometry.clear_shapes:
-        notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
-    if geometry.triangles == 0:
-        raise SceneError(f"{name}: has no geometry")
+    geometry, emitters = _read(tree, name, notes)
     if not (geometry.area_lights or emitters.delta or emitters.environment):
         notes.add("no light in the scene: sky and sun added")
         for index in tree.graft(default_daylight().description(up), "added for want of light"):
@@ -101,6 +86,27 @@ def import_scene(
     )
 
 
+def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterReader]:
+    """Everything in the scene that is seen, and the lights that are not."""
+    textures = TextureReader(tree, notes)
+    emitters = EmitterReader(tree, textures, notes)
+    shapes = ShapeReader(tree, MaterialReader(textures, notes), emitters, notes)
+    for key, child in tree.children(0):
+        kind = tree.kind(child) if isinstance(child, int) else None
+        if kind == mi.ObjectType.Shape or isinstance(child, mi.Shape):
+            shapes.add(child, key)
+        elif kind == mi.ObjectType.Emitter or isinstance(child, mi.Emitter):
+            emitters.add(tree.build(child) if isinstance(child, int) else child)
+        elif kind in (mi.ObjectType.BSDF, mi.ObjectType.Texture):
+            tree.build(child)  # unused ones too: a mistake in them is a mistake in the file
+    geometry = shapes.geometry
+    if geometry.clear_shapes:
+        notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
+    if geometry.triangles == 0:
+        raise SceneError(f"{name}: has no geometry")
+    return geometry, emitters
+
+
 def nearest_axis(direction: np.ndarray) -> np.ndarray:
     """(3,) the signed coordinate axis nearest a direction."""
     axis = np.zeros(3)
@@ -126,18 +132,26 @@ def _clear_what_is_ours(tree: PluginTree, notes: Notes) -> None:
     for index in range(len(tree.state.nodes)):
         properties = tree.properties(index)
         if tree.kind(index) == mi.ObjectType.Sensor:
-            for key, child in tree.children(index):
-                if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Sampler:
-                    tree.drop(index, key)
+            _drop_sampler(tree, index)
         elif tree.kind(index) == mi.ObjectType.Film:
             tree.state.nodes[index].props = _plain_film(properties)
         elif "filename" in properties and properties.type("filename") == string:
-            path = Path(str(mi.file_resolver().resolve(properties["filename"])))
-            if path.is_file():
-                properties["filename"] = str(path.resolve())
+            _make_absolute(properties)
             if properties.get("filter_type", "bilinear") in OLD_FILTERS:
                 notes.add(f"texture filter {properties['filter_type']!r}: bilinear instead")
                 properties["filter_type"] = "bilinear"
+
+
+def _drop_sampler(tree: PluginTree, sensor: int) -> None:
+    for key, child in tree.children(sensor):
+        if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Sampler:
+            tree.drop(sensor, key)
+
+
+def _make_absolute(properties: Any) -> None:
+    path = Path(str(mi.file_resolver().resolve(properties["filename"])))
+    if path.is_file():
+        properties["filename"] = str(path.resolve())
 
 
 def _plain_film(properties: Any) -> Any:

@@ -22,16 +22,16 @@ class Scene:
     """
 
     name: str
-    mi_scene: mi.Scene                # the static geometry; every BSDF in it is ignored
+    mi_scene: mi.Scene  # the static geometry; every BSDF in it is ignored
     materials: Materials
     lights: Lights
-    cameras: tuple[Camera, ...]       # at least one
-    up: tuple[float, float, float]    # unit vector
+    cameras: tuple[Camera, ...]  # at least one
+    up: tuple[float, float, float]  # unit vector
     box: tuple[tuple[float, float, float], tuple[float, float, float]]  # (low, high) box of interest [m]
     triangles: int
     shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
-    notes: tuple[str, ...] = ()       # what the import changed or left out, one line each
-    source: Any = None                # Mitsuba's parsed scene, before our changes, for the reference
+    notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
+    source: Any = None  # Mitsuba's parsed scene, before our changes, for the reference
 
     @property
     def tracer(self) -> MeshTracer:

@@ -62,9 +62,11 @@ class ShapeReader:
             if plugin == "shapegroup":
                 return  # built with the first instance that shows it
             if plugin == "instance":
-                return self._add_instance(child, name)
+                self._add_instance(child, name)
+                return
             if plugin == "merge":
-                return self._add_members(child)
+                self._add_members(child)
+                return
         shape = self._traced(child)
         if shape is not None:
             self.geometry.triangles += shape.effective_primitive_count()

@@ -35,7 +35,7 @@ def bake(emitter: mi.Emitter) -> mi.Emitter:
     around = 2 * np.pi * (column.ravel() + 0.5) / width
     down = np.pi * row.ravel() / (height - 1)
     direction = [np.sin(around) * np.sin(down), np.cos(down), -np.cos(around) * np.sin(down)]
-    radiance = _radiance(emitter, mi.Vector3f(np.float32(direction)))
+    radiance = _radiance(emitter, mi.Vector3f(np.array(direction, np.float32)))
     texels = np.array(radiance).T.reshape(height, width, 3)
     return mi.load_dict({"type": "envmap", "bitmap": mi.Bitmap(np.ascontiguousarray(texels, np.float32))})
 

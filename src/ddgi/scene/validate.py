@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mitsuba as mi
 import numpy as np
 
@@ -9,7 +11,7 @@ from ddgi.errors import SceneError
 from ddgi.scene.mesh_keys import FACES, POSITIONS
 
 
-def check_finite(values: object, what: str) -> None:
+def check_finite(values: Any, what: str) -> None:
     """Refuse NaN and infinity.
 
     Raises:
@@ -19,7 +21,7 @@ def check_finite(values: object, what: str) -> None:
         raise SceneError(f"{what} is not finite")
 
 
-def check_light(values: object, what: str) -> None:
+def check_light(values: Any, what: str) -> None:
     """Refuse NaN, infinity and negative light.
 
     Raises:

@@ -28,27 +28,27 @@ class Textures:
     """All bitmaps of a scene in one buffer. T textures, N texels in all, linear Rec.709."""
 
     texels: mi.Float16  # (4 N,) RGBA, half precision, row by row, first row at v = 0 side as stored
-    offset: mi.UInt32   # (T,) first texel of each texture
-    width: mi.UInt32    # (T,)
-    height: mi.UInt32   # (T,)
-    wrap: mi.UInt32     # (T,) 0 repeat, 1 clamp, 2 mirror
-    nearest: mi.Bool    # (T,) no bilinear filter
-    to_uv: mi.Float     # (8 T,) per texture the two rows of the affine UV transform: a b c 0, d e f 0
+    offset: mi.UInt32  # (T,) first texel of each texture
+    width: mi.UInt32  # (T,)
+    height: mi.UInt32  # (T,)
+    wrap: mi.UInt32  # (T,) 0 repeat, 1 clamp, 2 mirror
+    nearest: mi.Bool  # (T,) no bilinear filter
+    to_uv: mi.Float  # (8 T,) per texture the two rows of the affine UV transform: a b c 0, d e f 0
 
 
 @dataclass
 class Materials:
     """One row per shape, indexed by Dr.Jit's registry number of the shape (S rows, row 0 unused)."""
 
-    base: mi.Float              # (4 S,) base colour r g b in [0, 1], then opacity in [0, 1]
-    surface: mi.Float           # (4 S,) metallic [0, 1], GGX alpha (0, 1], specular F0 [0, 1], double-sided 0 or 1
-    emission: mi.Float          # (4 S,) emitted radiance r g b >= 0, then unused
-    base_texture: mi.UInt32     # (S,) replaces base colour; NO_TEXTURE for none
+    base: mi.Float  # (4 S,) base colour r g b in [0, 1], then opacity in [0, 1]
+    surface: mi.Float  # (4 S,) metallic [0, 1], GGX alpha (0, 1], specular F0 [0, 1], double-sided 0 or 1
+    emission: mi.Float  # (4 S,) emitted radiance r g b >= 0, then unused
+    base_texture: mi.UInt32  # (S,) replaces base colour; NO_TEXTURE for none
     opacity_texture: mi.UInt32  # (S,) replaces opacity (first channel)
     emission_texture: mi.UInt32  # (S,) replaces emission
-    textures: Textures | None   # None where no row has a texture
+    textures: Textures | None  # None where no row has a texture
     # What no row of this scene needs is compiled out:
-    any_opacity: bool = False   # some surface may be passed through
+    any_opacity: bool = False  # some surface may be passed through
     any_specular: bool = False  # some surface has metallic > 0 or specular F0 > 0
     any_single_sided: bool = True
     any_emission: bool = False

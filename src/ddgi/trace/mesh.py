@@ -112,10 +112,15 @@ class MeshTracer:
             )
             share = dr.select(hit, share * (1 - opacity), share)
             skipped = skipped + dr.select(hit, step, 0)
-            return share, skipped, hit & (share > 0) & (skipped < distance) & (layer + 1 < MAX_LAYERS), layer + 1
+            return (
+                share,
+                skipped,
+                hit & (share > 0) & (skipped < distance) & (layer + 1 < MAX_LAYERS),
+                layer + 1,
+            )
 
         width = dr.width(direction)
-        share, _, unfinished, _ = dr.while_loop(
+        share, *_ = dr.while_loop(
             state=(dr.full(mi.Float, 1, width), dr.zeros(mi.Float, width), mi.Bool(active), mi.UInt32(0)),
             cond=lambda share, skipped, searching, layer: searching,
             body=body,

@@ -14,18 +14,18 @@ from ddgi.extrema import largest
 class Surface:
     """N ray hits. Lanes that missed hold safe values (unit normals, zero colours), never NaN."""
 
-    valid: mi.Bool                # (N,) something was hit
-    back: mi.Bool                 # (N,) a single-sided surface from behind: black and opaque
-    distance: mi.Float            # (N,) along the ray [m]; infinite for a miss
-    position: mi.Point3f          # (N,) [m]
-    normal: mi.Normal3f           # (N,) shading normal, unit, on the side the ray came from
+    valid: mi.Bool  # (N,) something was hit
+    back: mi.Bool  # (N,) a single-sided surface from behind: black and opaque
+    distance: mi.Float  # (N,) along the ray [m]; infinite for a miss
+    position: mi.Point3f  # (N,) [m]
+    normal: mi.Normal3f  # (N,) shading normal, unit, on the side the ray came from
     geometric_normal: mi.Normal3f  # (N,) unit, likewise
-    to_viewer: mi.Vector3f        # (N,) unit, back along the ray
-    albedo: mi.Color3f            # (N,) in [0, 1]: reflectance of the surface taken as Lambertian
-    metallic: mi.Float            # (N,) in [0, 1]
-    alpha: mi.Float               # (N,) GGX roughness in (0, 1]
-    specular: mi.Float            # (N,) reflectance at normal incidence of the non-metal part
-    emission: mi.Color3f          # (N,) emitted radiance towards the viewer
+    to_viewer: mi.Vector3f  # (N,) unit, back along the ray
+    albedo: mi.Color3f  # (N,) in [0, 1]: reflectance of the surface taken as Lambertian
+    metallic: mi.Float  # (N,) in [0, 1]
+    alpha: mi.Float  # (N,) GGX roughness in (0, 1]
+    specular: mi.Float  # (N,) reflectance at normal incidence of the non-metal part
+    emission: mi.Color3f  # (N,) emitted radiance towards the viewer
 
     @property
     def lit(self) -> mi.Bool:

@@ -45,7 +45,7 @@ def cornell_point(
 
 def _description(size: tuple[int, int]) -> dict[str, Any]:
     """Mitsuba's Cornell box with our camera name and picture size, and without its integrator."""
-    original: dict[str, Any] = mi.cornell_box()  # type: ignore[no-untyped-call]
+    original: dict[str, Any] = mi.cornell_box()
     front: dict[str, Any] = original.pop("sensor") | {"film": film(size)}
     del front["sampler"], original["integrator"]
     return {"type": "scene", "front": front} | original

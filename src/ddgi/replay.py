@@ -1,0 +1,60 @@
+"""Replaying a stage: traced by Dr.Jit once, then run from the recording.
+
+Two defects of `dr.freeze` (Dr.Jit 1.5) are kept from the stages here. It overlooks a changed number,
+flag or name among the inputs if the same Python object occurs among them twice, and then replays the
+recording of other settings; and it refuses to replay once Mitsuba objects have come or gone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import drjit as dr
+
+
+class Replayed:
+    """A function of Dr.Jit arrays and constants, recorded once for each set of constants."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Nothing is recorded before the first call."""
+        self._frozen = dr.freeze(lambda _constants, *arguments: function(*arguments))
+
+    def __call__(self, settings: Any, *arguments: Any) -> Any:
+        """Call the function with `arguments`, then `settings`.
+
+        Args:
+            settings: Frozen dataclass of constants.
+            arguments: Arrays, Mitsuba objects, constants, and dataclasses, lists and dictionaries of them.
+        """
+        # A string made for the occasion occurs once, so it is always compared.
+        constants = repr(settings) + repr(list(_constants(arguments)))
+        try:
+            return self._frozen(constants, *arguments, settings)
+        except RuntimeError as error:
+            if "registry" not in str(error):
+                raise
+            # Another scene was loaded or dropped: Mitsuba's registry of objects is not what it was.
+            self._frozen.clear()
+            return self._frozen(constants, *arguments, settings)
+
+    @property
+    def recordings(self) -> int:
+        """How often the function has been recorded."""
+        return int(self._frozen.n_recordings)
+
+
+def _constants(value: Any) -> Iterator[Any]:
+    """Everything in a tree of inputs that is neither an array nor a Mitsuba object, in order."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        yield value
+    elif isinstance(value, (tuple, list)):
+        for item in value:
+            yield from _constants(item)
+    elif isinstance(value, dict):
+        yield from value
+        yield from _constants(list(value.values()))
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from _constants(getattr(value, field.name))
