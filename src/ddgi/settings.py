@@ -51,7 +51,7 @@ _default = RenderSettings()
 _published = replace(
     _default,
     gather=replace(_default.gather, taps="bilinear"),
-    blend=replace(_default.blend, warm_up=0, gamma=1.0),
+    blend=replace(_default.blend, warm_up=0, gamma=1.0, long_distances="clamp"),
     query=replace(
         _default.query, sqrt_blending=False, wrap_offset=0.2, visibility_floor=0.05, bias_scale=0.3
     ),
@@ -60,7 +60,7 @@ _published = replace(
 
 _scale = replace(
     _published,
-    blend=replace(_published.blend, gamma=5.0, long_distances="clamp"),  # 4.2
+    blend=replace(_published.blend, gamma=5.0),  # 4.2
     query=replace(_published.query, sqrt_blending=True),  # listing 2
 )
 
