@@ -52,7 +52,7 @@ class Settings:
     long_distances: Annotated[
         Literal["clamp", "reject", "off"],
         Doc("distances beyond volume.longest_distance: shortened to it, left out (MFF 3.3.2), or kept"),
-    ] = "reject"
+    ] = "clamp"
 
 
 def blend(
