@@ -22,7 +22,10 @@ def test_rays_find_the_walls_of_a_box():
     """Cornell's floor and ceiling face each other across y; its open front is no wall across z."""
     scene = load_scene("cornell-point")
     _, y, z = walls.find(scene.tracer, scene.box)
-    assert {(round(float(p), 2), int(f)) for p, f in zip(y.place, y.facing, strict=True)} >= {(-1.0, 1), (1.0, -1)}
+    assert {(round(float(p), 2), int(f)) for p, f in zip(y.place, y.facing, strict=True)} >= {
+        (-1.0, 1),
+        (1.0, -1),
+    }
     assert sum(w.share.sum() for w in (y, z)) == pytest.approx(2.0)
     assert not any(p > 0.99 and f < 0 for p, f in zip(z.place, z.facing, strict=True))
 
