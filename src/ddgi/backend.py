@@ -46,7 +46,7 @@ def use_backend(name: str = "auto") -> str:
     mi = sys.modules.get("mitsuba")
     active = None if mi is None else mi.variant()
     if active is not None:
-        return _keep(active, name)
+        return _keep(active, name)  # the caller's own choice
     if name == "auto":
         name = "cuda" if optix_problem() is None else "llvm"
     # Before Dr.Jit is imported: it would complain in its own words, and on its own output.
@@ -69,16 +69,12 @@ def point_to_llvm() -> None:
 
 def _start(name: str) -> None:
     """Set the variant and try it."""
-    import drjit as dr
     import mitsuba as mi
 
     try:
         mi.set_variant(VARIANTS[name])
-        if name == "llvm" and (version := dr.detail.llvm_version()[0]) < LLVM_MINIMUM:
-            raise RuntimeError(
-                f"Dr.Jit has loaded LLVM {version}, it needs {LLVM_MINIMUM} or later; "
-                "import ddgi before mitsuba and drjit, or set DRJIT_LIBLLVM_PATH"
-            )
+        if problem := _loaded_llvm_problem(name):
+            raise RuntimeError(problem)
         _prove(mi)
     except Exception as error:  # Dr.Jit raises bare exceptions when a library does not initialise
         raise BackendError(
@@ -86,8 +82,20 @@ def _start(name: str) -> None:
         ) from error
 
 
+def _loaded_llvm_problem(name: str) -> str | None:
+    """What is wrong with the LLVM that Dr.Jit has loaded, if it is the one that computes."""
+    import drjit as dr
+
+    if name != "llvm" or (version := dr.detail.llvm_version()[0]) >= LLVM_MINIMUM:
+        return None
+    return (
+        f"Dr.Jit has loaded LLVM {version}, it needs {LLVM_MINIMUM} or later; "
+        "import ddgi before mitsuba and drjit, or set DRJIT_LIBLLVM_PATH"
+    )
+
+
 def _keep(active: str, name: str) -> str:
-    """The backend already chosen, or an error if `name` asks for another."""
+    """The backend already chosen, or an error if it is unusable or `name` asks for another."""
     current = next((short for short, variant in VARIANTS.items() if variant == active), None)
     if current is None:
         raise BackendError(
@@ -95,6 +103,8 @@ def _keep(active: str, name: str) -> str:
         )
     if name not in ("auto", current):
         raise BackendError(f"the {current} backend is already in use; start a new process to use {name}")
+    if problem := _loaded_llvm_problem(current):
+        raise BackendError(problem)
     return current
 
 
@@ -134,8 +144,8 @@ def llvm_problem() -> str | None:
     if path is None:
         return f"libLLVM not found: {advice}"
     library = _loads(path)
-    if library is None:
-        return f"{path} does not load as libLLVM: {advice}"
+    if library is None:  # what `find_library` finds does load
+        return f"DRJIT_LIBLLVM_PATH points to {path}, which does not load as libLLVM: {advice}"
     if _llvm_version(library) < LLVM_MINIMUM:
         return f"{path} is older than LLVM {LLVM_MINIMUM}: {advice}"
     return None

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.backend import use_backend
+from ddgi.errors import SettingsError
 from ddgi.lighting.lights import Lights
 from ddgi.passes import picture as pictures
 from ddgi.passes.gbuffer import gbuffer
@@ -76,14 +77,28 @@ def render_frame(
 
     Returns:
         The field after the update, and the frame.
+
+    Raises:
+        SettingsError: The field was fitted for other `volume` settings or another
+            `query.sqrt_blending`, or `previous` has another size or other layers.
     """
     use_backend()
+    field.check(settings)
+    if previous is not None:
+        _check_previous(previous, camera, settings)
     time = clock(settings.seed, tick)
     tracer = scene.tracer
     field = advance()(settings, tracer, scene.lights, field, time)
     before = pictures.empty(camera.size, settings.picture) if previous is None else previous.picture
     picture = expose()(settings, tracer, scene.lights, field, camera, time, before)
     return field, Frame(camera.size, picture)
+
+
+def _check_previous(previous: Frame, camera: Camera, settings: RenderSettings) -> None:
+    if previous.size != camera.size:
+        raise SettingsError(f"the previous frame is {previous.size}, the camera {camera.size}: hand on None")
+    if bool(previous.picture.layers) != settings.picture.layers:
+        raise SettingsError("the previous frame was taken with another `picture.layers`: hand on None")
 
 
 @cache

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.backend import use_backend
+from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, volume, walls
 from ddgi.probes.volume import ProbeVolume
 
@@ -37,7 +38,20 @@ class IrradianceField:
         seen = walls.find(scene.tracer, box) if settings.grid.margin is None else None
         layout = grid.fit(box, settings.grid, seen)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
+        vol = replace(vol, exponent=query.lookup_exponent(settings.query))
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
+
+    def check(self, settings: RenderSettings) -> None:
+        """See that the maps are what the settings say; read otherwise they would show nonsense.
+
+        Raises:
+            SettingsError: The field was fitted with other settings; says which.
+        """
+        for vol in self.volumes:
+            if vol.layout is not None and vol.layout != settings.volume:
+                raise SettingsError("the field was fitted with other `volume` settings: fit a new one")
+            if vol.exponent is not None and vol.exponent != query.lookup_exponent(settings.query):
+                raise SettingsError("the field was fitted with another `query.sqrt_blending`: fit a new one")
 
     @property
     def probes(self) -> int:

@@ -47,6 +47,8 @@ class ProbeVolume:
     irradiance: Any  # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
     distance: Any  # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
     age: mi.UInt32  # (1,) updates since the maps were empty
+    layout: Settings | None = None  # what the maps were allocated for; None: not known
+    exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
 
     def reach(self, s: Settings) -> mi.Float:
         """The longest distance kept [m], (1,): the unit of the distance map."""
@@ -81,4 +83,5 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
         formats.allocate(formats.IRRADIANCE[s.irradiance_format], layout.size * (s.irradiance_size + 2) ** 2),
         formats.allocate(formats.DISTANCE[s.distance_format], layout.size * (s.distance_size + 2) ** 2),
         dr.opaque(mi.UInt32, 0),
+        layout=s,
     )

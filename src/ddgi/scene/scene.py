@@ -22,7 +22,9 @@ class Scene:
     """
 
     name: str
-    mi_scene: mi.Scene  # the static geometry; every BSDF in it is ignored
+    mi_scene: (
+        mi.Scene
+    )  # the static geometry, area lights and environment; its BSDFs are ignored, other lights not in it
     materials: Materials
     lights: Lights
     cameras: tuple[Camera, ...]  # at least one
@@ -31,7 +33,9 @@ class Scene:
     triangles: int
     shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
     notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
-    source: Any = None  # Mitsuba's parsed scene, before our changes, for the reference
+    source: Any = (
+        None  # Mitsuba's parsed scene, all materials and lights in it: build it with `mi.parser.instantiate`
+    )
 
     @property
     def tracer(self) -> MeshTracer:
