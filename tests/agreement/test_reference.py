@@ -4,13 +4,13 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import diffuse, load, query_at, rgb, room, small, surface_at, updated
 
 from ddgi.frame import render_frame
 from ddgi.lighting import direct
 from ddgi.probes.field import IrradianceField
 from ddgi.sampling import PIXEL_LIGHT, clock
 from ddgi.scene.library.cornell import cornell_point
+from probing import diffuse, load, query_at, rgb, room, small, surface_at, updated
 
 SIZE = (48, 48)
 

@@ -3,11 +3,11 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import camera_in, load, query_at, rgb, small, sphere_points, updated
 
 from ddgi.frame import render_frame
 from ddgi.probes.field import IrradianceField, irradiance_map
 from ddgi.scene.camera import look_at
+from probing import camera_in, load, query_at, rgb, small, sphere_points, updated
 
 SKY = (1.0, 0.25, 0.03)
 

@@ -5,6 +5,15 @@ from dataclasses import replace
 import drjit as dr
 import numpy as np
 import pytest
+
+from ddgi.frame import render_frame
+from ddgi.probes.field import IrradianceField, irradiance_map
+from ddgi.probes.update import update
+from ddgi.sampling import clock
+from ddgi.scene.library.furnace import furnace
+from ddgi.scene.library.geometry import sphere, turned_inside_out
+from ddgi.scene.mesh_keys import mesh
+from ddgi.settings import RenderSettings
 from probing import (
     camera_in,
     changed,
@@ -18,15 +27,6 @@ from probing import (
     sphere_points,
     updated,
 )
-
-from ddgi.frame import render_frame
-from ddgi.probes.field import IrradianceField, irradiance_map
-from ddgi.probes.update import update
-from ddgi.sampling import clock
-from ddgi.scene.library.furnace import furnace
-from ddgi.scene.library.geometry import sphere, turned_inside_out
-from ddgi.scene.mesh_keys import mesh
-from ddgi.settings import RenderSettings
 
 
 def on_walls(count=200, seed=0):

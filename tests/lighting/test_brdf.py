@@ -3,9 +3,9 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import points, sphere_points, surface_at
 
 from ddgi.lighting import brdf
+from probing import points, sphere_points, surface_at
 
 
 def hemisphere(count, seed):

@@ -6,10 +6,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import load, points, rgb, room, surface_at
 
 from ddgi.lighting import direct
 from ddgi.sampling import PIXEL_LIGHT, clock
+from probing import load, points, rgb, room, surface_at
 
 # float32 with a square root and a division.
 CLOSE = 1e-5

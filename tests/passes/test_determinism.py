@@ -3,12 +3,12 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import camera_in, changed, diffuse, load, rgb, room, small
 
 from ddgi import frame as frames
 from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
 from ddgi.probes.update import update
 from ddgi.sampling import clock
+from probing import camera_in, changed, diffuse, load, rgb, room, small
 
 
 def scene_with_everything():

@@ -9,7 +9,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import camera_in, changed, diffuse, load, rgb, small
 
 from ddgi.errors import SettingsError
 from ddgi.frame import render_frame
@@ -18,6 +17,7 @@ from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
 from ddgi.probes.update import update
 from ddgi.sampling import clock
 from ddgi.settings import RenderSettings
+from probing import camera_in, changed, diffuse, load, rgb, small
 
 # field: (another value, what else must hold for it to matter)
 MAPS = {

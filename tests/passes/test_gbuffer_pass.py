@@ -4,11 +4,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import dark_light, diffuse, load
 
 from ddgi.passes import gbuffer
 from ddgi.sampling import clock
 from ddgi.scene.camera import look_at, make_camera, with_near
+from probing import dark_light, diffuse, load
 
 STILL = gbuffer.Settings(antialias=False)
 

@@ -3,11 +3,11 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import camera_in, diffuse, load, rgb, room, small
 
 from ddgi.frame import render_frame
 from ddgi.passes import tone
 from ddgi.probes.field import IrradianceField
+from probing import camera_in, diffuse, load, rgb, room, small
 
 
 def lit_room(**light):

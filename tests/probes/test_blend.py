@@ -4,7 +4,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import changed, floats, lattice, points, small, sphere_points
 
 from ddgi.probes import volume
 from ddgi.probes.blend import blend, hysteresis
@@ -13,6 +12,7 @@ from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
 from ddgi.probes.gather import Gathered
 from ddgi.probes.octahedral import texel_directions
 from ddgi.sampling import clock
+from probing import changed, floats, lattice, points, small, sphere_points
 
 RAYS, SIZE = 40, 5
 

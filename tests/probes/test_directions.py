@@ -3,10 +3,10 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import many_ticks
 
 from ddgi.probes.directions import fibonacci, frame_directions, random_rotation
 from ddgi.sampling import clock
+from probing import many_ticks
 
 TICKS = 20_000
 

@@ -6,7 +6,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import changed, dark_light, diffuse, lattice, load, query_at, rgb, room, small, updated
 
 from ddgi.probes import volume
 from ddgi.probes.directions import frame_directions
@@ -16,6 +15,7 @@ from ddgi.probes.rays import spawn
 from ddgi.probes.update import update
 from ddgi.sampling import clock
 from ddgi.settings import PRESETS
+from probing import changed, dark_light, diffuse, lattice, load, query_at, rgb, room, small, updated
 
 COUNTS = (3, 2, 2)
 

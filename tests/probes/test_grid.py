@@ -6,11 +6,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import changed, lattice
 
 from ddgi.errors import SettingsError
 from ddgi.probes import grid, volume
 from ddgi.settings import RenderSettings
+from probing import changed, lattice
 
 BOXES = [
     ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)),

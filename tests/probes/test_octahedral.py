@@ -3,7 +3,6 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import points, sphere_points
 
 from ddgi.probes.octahedral import (
     bordered,
@@ -12,6 +11,7 @@ from ddgi.probes.octahedral import (
     square_to_direction,
     texel_directions,
 )
+from probing import points, sphere_points
 
 # float32 has 24 bits; a few roundings of numbers up to 1, each off by 6e-8.
 ROUNDING = 1e-6

@@ -6,10 +6,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import floats, hand_made, lattice, points, query_at, small, sphere_points, with_gutter
 
 from ddgi.probes import query
 from ddgi.settings import RenderSettings
+from probing import floats, hand_made, lattice, points, query_at, small, sphere_points, with_gutter
 
 PLAIN = {
     "query_trilinear": True, "query_wrap": "off", "query_visibility": False, "query_crush": 0.0,

@@ -4,10 +4,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import many_ticks
 
 from ddgi import sampling
 from ddgi.sampling import Clock, clock, low_discrepancy_2d, uniform_2d
+from probing import many_ticks
 
 N = 1 << 16
 STREAMS = range(9)

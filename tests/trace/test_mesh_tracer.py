@@ -4,10 +4,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from probing import dark_light, diffuse, load, points, rgb
 
 from ddgi.sampling import PIXEL_ALPHA, PROBE_ALPHA, clock
 from ddgi.trace.surface import offset_origin
+from probing import dark_light, diffuse, load, points, rgb
 
 N = 1 << 16
 
