@@ -21,8 +21,9 @@ RAYS = 32768
 STRAIGHT = 0.9999
 """Least cosine between a normal and an axis for a wall to count as aligned."""
 
-# Error of a picture by the distance of the first plane in front of a wall, in spacings: mean FLIP
-# of `cornell-point` with that distance at all its walls, measured at the numbers below.
+# Error of a picture by the distance of the first plane in front of a wall, in spacings: mean FLIP of
+# `cornell-point` with that distance at all its walls. Measured, but for 0.03 and 0.97, which are guesses
+# that keep planes out of the wall itself; only 0.1, 0.55 and 1 were measured again with the final code.
 _PLACE = np.array([0.00, 0.03, 0.05, 0.10, 0.20, 0.30, 0.40, 0.55, 0.70, 0.90, 0.97, 1.00])
 _ERROR = np.array([0.53, 0.10, 0.057, 0.056, 0.063, 0.068, 0.077, 0.096, 0.11, 0.14, 0.20, 0.53])
 
