@@ -175,7 +175,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
             "query.crush must be a number from 0",
         ),
         (["render", "cornell", "-o", "a.png", "--camera", "back"], "no camera 'back'"),
-        (["render", "cornell", "-o", "a.png", "--look", "0,0,0,0,0,0"], "camera needs"),
+        (["render", "cornell", "-o", "a.png", "--look", "0,0,0,0,0,0"], "cannot look at where it stands"),
         (["render", "cornell", "-o", "a.png", "--near", "-1"], "near must be"),
         (["render", "cornell", "-o", "a.png", "--near", "nan"], "near must be"),
         (["render", "cornell", "-o", "a.png", "--sun", "0,0,-1"], "sun must be"),

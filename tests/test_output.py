@@ -14,6 +14,7 @@ from ddgi.output import check_writable, save
 from ddgi.passes import picture as pictures
 from ddgi.passes import tone
 from ddgi.passes.picture import CHANNELS
+from ddgi.scene.camera import look_at
 
 WIDTH, HEIGHT = 5, 3
 
@@ -30,7 +31,7 @@ def frame_with_layers() -> Frame:
     }
     kept = pictures.empty((WIDTH, HEIGHT), pictures.Settings(layers=True))
     assert kept.layers.keys() == layers.keys()
-    return Frame((WIDTH, HEIGHT), replace(kept, layers=layers))
+    return Frame(look_at((0, 0, 1), (0, 0, 0), size=(WIDTH, HEIGHT)), replace(kept, layers=layers))
 
 
 def channels(path) -> dict[str, np.ndarray]:

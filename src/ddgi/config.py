@@ -1,7 +1,4 @@
-"""Settings from outside: a preset, a TOML file and `stage.field=value` texts, checked.
-
-Inside the package settings are plain dataclasses that nobody checks again; this is the border.
-"""
+"""Settings from outside: a preset, a TOML file and `stage.field=value` texts."""
 
 from __future__ import annotations
 
@@ -9,15 +6,13 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from difflib import get_close_matches
-from functools import cache
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
-
-from ddgi.constraints import accepts, optional
+from ddgi.constraints import optional
 from ddgi.errors import SettingsError
 from ddgi.settings import RenderSettings
+from ddgi.settings_group import field_hints
 
 NOTHING = ("none", "auto")
 """What stands for None, which TOML has no word for."""
@@ -38,7 +33,10 @@ def load_settings(
     """
     settings = RenderSettings.preset(preset)
     if config is not None:
-        settings = override(settings, read_toml(config))
+        try:
+            settings = override(settings, read_toml(config))
+        except SettingsError as error:
+            raise SettingsError(f"{config}: {error}") from error
     for text in assignments:
         settings = override(settings, parse_assignment(text))
     return settings
@@ -67,7 +65,8 @@ def override(settings: Any, table: Mapping[str, Any], where: str = "") -> Any:
                 raise SettingsError(f"{where}{key} is a group: set one of {names}")
             changed[key] = override(current, value, f"{where}{key}.")
         else:
-            changed[key] = _checked(value, hints[key], where + key)
+            none = optional(hints[key]) and isinstance(value, str) and value in NOTHING
+            changed[key] = None if none else _tuples(value)
     return replace(settings, **changed)
 
 
@@ -75,15 +74,15 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     """The content of a TOML file.
 
     Raises:
-        SettingsError: It cannot be read or is not TOML; names the file.
+        SettingsError: It cannot be read or is not TOML.
     """
     try:
         with open(path, "rb") as file:
             return tomllib.load(file)
     except OSError as error:
-        raise SettingsError(f"{path}: {error.strerror}") from error
+        raise SettingsError(str(error.strerror)) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path}: not valid TOML: {error}") from error
+        raise SettingsError(f"not valid TOML: {error}") from error
 
 
 def parse_assignment(text: str) -> dict[str, Any]:
@@ -109,31 +108,6 @@ def _parse_value(text: str) -> Any:
     except tomllib.TOMLDecodeError:
         return text
     return parsed["value"] if len(parsed) == 1 else text
-
-
-def field_hints(kind: type) -> dict[str, Any]:
-    """Annotations of a settings dataclass by field, constraints included."""
-    hints = get_type_hints(kind, include_extras=True)
-    return {f.name: hints[f.name] for f in fields(kind)}
-
-
-def _checked(value: Any, hint: Any, name: str) -> Any:
-    """The value as its field holds it.
-
-    Raises:
-        SettingsError: It is of the wrong kind or out of range.
-    """
-    if optional(hint) and isinstance(value, str) and value in NOTHING:
-        return None
-    try:
-        return _adapter(hint).validate_python(_tuples(value), strict=True)
-    except ValidationError as error:
-        raise SettingsError(f"{name} must be {accepts(hint)}, not {value!r}") from error
-
-
-@cache
-def _adapter(hint: Any) -> TypeAdapter[Any]:
-    return TypeAdapter(hint, config=ConfigDict(allow_inf_nan=False))
 
 
 def _tuples(value: Any) -> Any:

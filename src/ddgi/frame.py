@@ -30,8 +30,16 @@ from ddgi.trace.mesh import MeshTracer
 class Frame:
     """What one call of `render_frame` shows: the mean of the frames handed on to it."""
 
-    size: tuple[int, int]  # (width, height)
+    camera: Camera
     picture: Picture
+
+    def __repr__(self) -> str:
+        return f"Frame({self.size[0]}x{self.size[1]}, camera {self.camera.name!r})"
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) [pixels]."""
+        return self.camera.size
 
     @property
     def image(self) -> mi.TensorXf:
@@ -72,33 +80,34 @@ def render_frame(
         camera: Where the picture is taken from.
         tick: Number of the frame; with `settings.seed` the only source of randomness.
         settings: Constants of every stage. New values compile anew once.
-        previous: The frame before, while neither camera nor scene moves: pictures then average,
-            which smooths edges and noise. None starts afresh.
+        previous: The frame before, while the scene stays as it is: pictures then average, which
+            smooths edges and noise. None starts afresh, and so does a frame of another camera.
 
     Returns:
         The field after the update, and the frame.
 
     Raises:
         SettingsError: The field was fitted for other `volume` settings or another
-            `query.sqrt_blending`, or `previous` has another size or other layers.
+            `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1.
     """
     use_backend()
+    if not isinstance(tick, int) or not 0 <= tick < 2**32:
+        raise SettingsError(f"tick must be a whole number from 0 to 2^32 - 1, not {tick!r}")
     field.check(settings)
-    if previous is not None:
-        _check_previous(previous, camera, settings)
     time = clock(settings.seed, tick)
     tracer = scene.tracer
     field = advance()(settings, tracer, scene.lights, field, time)
-    before = pictures.empty(camera.size, settings.picture) if previous is None else previous.picture
+    if previous is not None and _goes_on(previous, camera, settings):
+        before = previous.picture
+    else:
+        before = pictures.empty(camera.size, settings.picture)
     picture = expose()(settings, tracer, scene.lights, field, camera, time, before)
-    return field, Frame(camera.size, picture)
+    return field, Frame(camera, picture)
 
 
-def _check_previous(previous: Frame, camera: Camera, settings: RenderSettings) -> None:
-    if previous.size != camera.size:
-        raise SettingsError(f"the previous frame is {previous.size}, the camera {camera.size}: hand on None")
-    if bool(previous.picture.layers) != settings.picture.layers:
-        raise SettingsError("the previous frame was taken with another `picture.layers`: hand on None")
+def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:
+    """Whether a frame shows what the next one will, so that they may be averaged."""
+    return previous.camera.same_view(camera) and bool(previous.picture.layers) == settings.picture.layers
 
 
 @cache

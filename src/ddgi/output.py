@@ -1,13 +1,9 @@
-"""Pictures to files: PNG for the eye, EXR with named layers for work.
-
-A file appears whole or not at all: it is written beside its place and then moved there.
-"""
+"""Pictures to files: PNG for the eye, EXR with named layers for work."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +14,7 @@ from ddgi.backend import use_backend
 from ddgi.errors import OutputError
 from ddgi.frame import Frame
 from ddgi.passes import tone as tones
+from ddgi.whole_file import check_place, whole_file
 
 if TYPE_CHECKING:
     import mitsuba as mi
@@ -56,24 +53,10 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
     Raises:
         OutputError: The ending is unknown, or no file can be written there; says why.
     """
-    given = Path(path)
-    if given.is_dir():
-        raise OutputError(f"{given} is a folder: name a file in it")
-    if given.suffix.lower() not in KNOWN:
-        raise OutputError(f"{given}: unknown kind of picture {given.suffix!r}, choose {' or '.join(KNOWN)}")
-    try:
-        target = given.resolve()  # through links, so that moving the file there keeps them
-    except (OSError, RuntimeError) as error:
-        raise OutputError(f"{given}: cannot be written: {error}") from error
-    if not target.parent.is_dir():
-        raise OutputError(f"{given}: there is no folder {target.parent}")
-    if target.exists() and not target.is_file():
-        raise OutputError(f"{given} is not a plain file")
-    if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise OutputError(f"{given}: no permission to write in {target.parent}")
-    if target.exists() and not os.access(target, os.W_OK):
-        raise OutputError(f"{given}: no permission to replace it")
-    return target
+    suffix = Path(path).suffix
+    if suffix.lower() not in KNOWN and not Path(path).is_dir():
+        raise OutputError(f"{path}: unknown kind of picture {suffix!r}, choose {' or '.join(KNOWN)}")
+    return check_place(path)
 
 
 def _content(what: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -115,16 +98,8 @@ def layered_bitmap(image: np.ndarray, layers: Mapping[str, np.ndarray]) -> mi.Bi
 
 
 def _write(bitmap: mi.Bitmap, target: Path) -> None:
-    """Write beside the target, then move there: nobody ever sees half a file."""
     import mitsuba as mi
 
     formats = {".png": mi.Bitmap.FileFormat.PNG, ".exr": mi.Bitmap.FileFormat.OpenEXR}
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        bitmap.write(str(beside), formats[target.suffix.lower()])
-        os.replace(beside, target)
-    except (OSError, RuntimeError) as error:
-        raise OutputError(f"{target}: cannot be written: {str(error).strip().splitlines()[-1]}") from error
-    finally:
-        with suppress(OSError):
-            beside.unlink()
+    with whole_file(target) as file:
+        bitmap.write(str(file), formats[target.suffix.lower()])

@@ -9,9 +9,10 @@ from typing import Any
 
 import tomlkit
 
-from ddgi.config import NOTHING, field_hints
+from ddgi.config import NOTHING
 from ddgi.constraints import accepts, documentation
 from ddgi.settings import RenderSettings
+from ddgi.settings_group import field_hints
 
 WIDTH = 98
 """Longest comment [characters]."""

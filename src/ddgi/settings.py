@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 from annotated_types import Interval
@@ -12,9 +12,10 @@ from ddgi.errors import SettingsError
 from ddgi.lighting import direct
 from ddgi.passes import gbuffer, picture, tone
 from ddgi.probes import blend, gather, grid, query, rays, volume
+from ddgi.settings_group import settings_group
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group()
 class RenderSettings:
     """Everything that shapes a frame, by stage. Values are compile-time constants of the kernels."""
 

@@ -107,7 +107,7 @@ def test_select_camera_by_name_and_number():
         scene.select_camera(2)
 
 
-def test_look_at_with_size_keeps_the_horizontal_field_of_view():
+def test_look_at_and_what_may_be_changed_about_it():
     from ddgi.scene.camera import look_at, with_near, with_size
 
     camera = look_at((0, 0, 0), (0, 0, -2), fov=90, size=(200, 100))
@@ -118,13 +118,22 @@ def test_look_at_with_size_keeps_the_horizontal_field_of_view():
     np.testing.assert_allclose(vectors(square.right), [[1, 0, 0]], atol=1e-6)
     np.testing.assert_allclose(vectors(square.up), [[0, 1, 0]], atol=1e-6)
     assert square.size == (64, 64)
+    wide = with_size(camera, (400, 100))
+    np.testing.assert_allclose(vectors(wide.right), [[2, 0, 0]], atol=1e-6)
+    np.testing.assert_allclose(vectors(wide.up), [[0, 0.5, 0]], atol=1e-6)
     assert float(with_near(camera, 0.5).near[0]) == 0.5
     with pytest.raises(SettingsError, match="pixels"):
         with_size(camera, (0, 4))
     with pytest.raises(SettingsError, match="near"):
         with_near(camera, -1)
-    with pytest.raises(SettingsError, match="apart"):
+    with pytest.raises(SettingsError, match="pixels"):
+        with_size(camera, (100_000, 100_000))
+    with pytest.raises(SettingsError, match="where it stands"):
         look_at((1, 1, 1), (1, 1, 1))
+    with pytest.raises(SettingsError, match="choose another up"):
+        look_at((1, 1, 1), (1, 3, 1))
+    with pytest.raises(SettingsError, match="target must be three finite"):
+        look_at((1, 1, 1), (1, float("nan"), 1))
     with pytest.raises(SettingsError, match="180"):
         look_at((0, 0, 0), (0, 0, 1), fov=180)
 

@@ -90,7 +90,7 @@ class _Run:
         scene, frame = self._scene, self.frame
         time = clock(self._s.seed, self._tick)
         args = (scene.tracer, scene.lights, self.field, scene.camera, time, frame.picture)
-        self.frame = Frame(frame.size, expose()(self._s, *args))
+        self.frame = Frame(frame.camera, expose()(self._s, *args))
 
 
 def _outside_kernels(run: _Run) -> tuple[float, int]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ddgi.errors import OutputError
+from ddgi.whole_file import check_place, whole_file
 
 STDOUT = Path("-")
 
@@ -21,17 +19,8 @@ def check_figures_file(path: Path) -> None:
     Raises:
         OutputError: They cannot; says why.
     """
-    folder = path.resolve().parent
-    if path == STDOUT:
-        return
-    if path.is_dir():
-        raise OutputError(f"{path} is a folder: name a file in it")
-    if not folder.is_dir():
-        raise OutputError(f"{path}: there is no folder {folder}")
-    if path.exists() and not path.is_file():
-        raise OutputError(f"{path} is not a plain file")
-    if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise OutputError(f"{path}: no permission to write it")
+    if path != STDOUT:
+        check_place(path)
 
 
 def write_figures(path: Path, figures: Any) -> None:
@@ -44,13 +33,5 @@ def write_figures(path: Path, figures: Any) -> None:
     if path == STDOUT:
         click.echo(text)
         return
-    target = path.resolve()
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        beside.write_text(text + "\n")
-        os.replace(beside, target)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error
-    finally:
-        with suppress(OSError):
-            beside.unlink()
+    with whole_file(path) as file:
+        file.write_text(text + "\n")

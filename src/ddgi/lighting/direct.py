@@ -27,6 +27,7 @@ from ddgi.lighting.lights import (
     pick_area_light,
 )
 from ddgi.sampling import Clock, low_discrepancy, low_discrepancy_2d
+from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, offset_origin
 from ddgi.trace.tracer import Tracer
 
@@ -36,7 +37,7 @@ UNROLLED_LIGHTS = 4
 """Up to this many delta lights each have their own code; more are looped over."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("direct")
 class Settings:
     """Where direct light comes from."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import drjit as dr
@@ -12,11 +11,12 @@ from typing_extensions import Doc
 from ddgi import sampling
 from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera
+from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface
 from ddgi.trace.tracer import Tracer
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("gbuffer")
 class Settings:
     """How pixels are sampled."""
 

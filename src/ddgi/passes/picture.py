@@ -11,10 +11,11 @@ from typing_extensions import Doc
 
 from ddgi.lighting.guard import finite
 from ddgi.passes.shade import Shaded
+from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("picture")
 class Settings:
     """What a frame keeps."""
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Interval
 from typing_extensions import Doc
 
+from ddgi.settings_group import settings_group
+
 MIDDLE_GREY = 0.18
 METERED = (50, 95)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("tone")
 class Settings:
     """How radiance becomes a picture for a display."""
 

@@ -6,7 +6,7 @@ matrix product, texel weights times ray values; the rest is a blend with the old
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import drjit as dr
@@ -21,9 +21,10 @@ from ddgi.probes.gather import Gathered
 from ddgi.probes.octahedral import bordered, interior, texel_directions
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, uniform_2d
+from ddgi.settings_group import settings_group
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("blend")
 class Settings:
     """How new light replaces old."""
 

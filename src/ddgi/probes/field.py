@@ -26,15 +26,21 @@ class IrradianceField:
     volumes: list[ProbeVolume]  # one; fine to coarse when there are several
     non_finite: mi.UInt32  # (1,) rays so far whose light was not a number
 
+    def __repr__(self) -> str:
+        return f"IrradianceField({', '.join('x'.join(map(str, v.grid.counts)) for v in self.volumes)} probes)"
+
     @staticmethod
     def fit(scene: Scene, settings: RenderSettings) -> IrradianceField:
         """An empty field over a scene's box of interest.
 
         Raises:
-            SettingsError: The volume is impossible, or needs more memory than `grid.memory_limit`.
+            SettingsError: The volume is impossible, lies wholly outside the scene, or needs more
+                memory than `grid.memory_limit`.
         """
         use_backend()
         box = settings.grid.box or scene.box
+        if not all(a <= d and c <= b for a, b, c, d in zip(*box, *scene.bounds, strict=True)):
+            raise SettingsError(f"grid.box {box} lies wholly outside the scene, {scene.bounds}")
         seen = walls.find(scene.tracer, box) if settings.grid.margin is None else None
         layout = grid.fit(box, settings.grid, seen)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)

@@ -22,11 +22,12 @@ from ddgi.probes import query, volume
 from ddgi.probes.rays import ProbeRays
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock
+from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, offset_origin
 from ddgi.trace.tracer import Tracer
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("gather")
 class Settings:
     """What a probe's ray brings back."""
 

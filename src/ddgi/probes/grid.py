@@ -19,12 +19,13 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.extrema import at_most
 from ddgi.probes.walls import Walls, best_margins
+from ddgi.settings_group import settings_group
 
 Triple = tuple[float, float, float]
 Box = tuple[Triple, Triple]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("grid")
 class Settings:
     """Where the probes stand."""
 

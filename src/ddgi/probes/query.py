@@ -7,7 +7,6 @@ is left. Each can be switched off by itself (CTU Fig. 7.1 adds them one by one).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import drjit as dr
@@ -19,9 +18,10 @@ from ddgi.extrema import at_least, at_most, clamp
 from ddgi.probes import formats, volume
 from ddgi.probes.octahedral import direction_to_square
 from ddgi.probes.volume import ProbeVolume
+from ddgi.settings_group import settings_group
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("query")
 class Settings:
     """How the eight probes of a cell are weighted."""
 

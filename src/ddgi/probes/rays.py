@@ -17,9 +17,10 @@ from typing_extensions import Doc
 from ddgi.probes.directions import frame_directions
 from ddgi.probes.grid import ProbeGrid
 from ddgi.sampling import Clock
+from ddgi.settings_group import settings_group
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("rays")
 class Settings:
     """How probes look around."""
 

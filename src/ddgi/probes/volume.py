@@ -13,12 +13,13 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.probes import formats
 from ddgi.probes.grid import ProbeGrid
+from ddgi.settings_group import settings_group
 
 IrradianceFormat = Literal["float32", "float16", "rgbe8", "r11g11b10"]
 DistanceFormat = Literal["float32", "float16", "unorm8"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@settings_group("volume")
 class Settings:
     """What a probe stores."""
 

@@ -32,6 +32,17 @@ class Camera:
     size: tuple[int, int]  # (width, height) [pixels]
     orthographic: bool = False
 
+    def same_view(self, other: Camera) -> bool:
+        """Whether another camera takes the same picture. Waits for the device unless it is this very one."""
+        return self is other or (
+            (self.size, self.orthographic) == (other.size, other.orthographic)
+            and np.array_equal(self._numbers(), other._numbers())
+        )
+
+    def _numbers(self) -> np.ndarray:
+        parts = (self.position, self.forward, self.right, self.up, self.near)
+        return np.concatenate([np.ravel(p) for p in parts])
+
 
 def make_camera(
     name: str,
@@ -86,11 +97,15 @@ def look_at(
     Raises:
         SettingsError: The numbers describe no camera.
     """
-    origin, target, up = (np.asarray(v, np.float64) for v in (origin, target, up))
+    origin, target, up = (
+        _vector(v, name) for v, name in ((origin, "origin"), (target, "target"), (up, "up"))
+    )
     forward = target - origin
     right = np.cross(forward, up)
-    if not np.isfinite([*origin, *target, *up]).all() or not np.linalg.norm(right) > 0:
-        raise SettingsError("a camera needs finite points, a target apart from its origin, up not along view")
+    if not np.linalg.norm(forward) > 0:
+        raise SettingsError(f"a camera cannot look at where it stands: {origin}")
+    if not np.linalg.norm(right) > 1e-6 * np.linalg.norm(forward) * np.linalg.norm(up):
+        raise SettingsError(f"the camera looks along its up, {up}: choose another up")
     if not 0 < fov < 180:
         raise SettingsError(f"the field of view must lie between 0 and 180 degrees, not {fov}")
     _check_size(size)
@@ -102,14 +117,21 @@ def look_at(
 
 
 def with_size(camera: Camera, size: tuple[int, int]) -> Camera:
-    """The same camera with another picture size (width, height); the horizontal field of view stays.
+    """The same camera with another picture size (width, height).
+
+    What was in the picture stays in it: of another shape it shows more, to the sides or above and below.
 
     Raises:
         SettingsError: The size is not positive.
     """
     _check_size(size)
-    ratio = (size[1] / size[0]) / (camera.size[1] / camera.size[0])
-    return replace(camera, up=camera.up * dr.opaque(mi.Float, ratio), size=(int(size[0]), int(size[1])))
+    taller = (size[1] / size[0]) / (camera.size[1] / camera.size[0])
+    return replace(
+        camera,
+        right=camera.right * dr.opaque(mi.Float, max(1 / taller, 1.0)),
+        up=camera.up * dr.opaque(mi.Float, max(taller, 1.0)),
+        size=(int(size[0]), int(size[1])),
+    )
 
 
 def with_near(camera: Camera, near: float) -> Camera:
@@ -123,6 +145,19 @@ def with_near(camera: Camera, near: float) -> Camera:
     return replace(camera, near=dr.opaque(mi.Float, float(near)))
 
 
+def _vector(values: npt.ArrayLike, name: str) -> np.ndarray:
+    vector = np.asarray(values, np.float64)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise SettingsError(f"the camera's {name} must be three finite numbers, not {vector}")
+    return vector
+
+
+MOST_PIXELS = 2**28
+"""In one picture: their arrays stay addressable, and within tens of gigabytes."""
+
+
 def _check_size(size: tuple[int, int]) -> None:
     if not (size[0] >= 1 and size[1] >= 1):
         raise SettingsError(f"a picture must be at least 1 x 1 pixels, not {size[0]} x {size[1]}")
+    if size[0] * size[1] > MOST_PIXELS:
+        raise SettingsError(f"a picture of {size[0]} x {size[1]} has more than {MOST_PIXELS:,} pixels")

@@ -116,6 +116,8 @@ def _sky(
 
 
 def _environment(path: Path, up: np.ndarray) -> dict[str, Any]:
+    if path.is_dir():
+        raise SceneError(f"environment picture: {path} is a folder")
     if not path.is_file():
         raise SceneError(f"environment picture not found: {path}")
     if path.suffix.lower() not in (".hdr", ".exr"):

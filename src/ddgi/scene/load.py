@@ -55,6 +55,8 @@ def load_scene(
         BackendError: Nothing here can compute.
         SettingsError: The picture size is not positive.
     """
+    if not isinstance(source, (str, Path, dict)):
+        raise SceneError(f"a scene is a name, a path or a dictionary, not {source!r}")
     use_backend()
     from ddgi.scene.mitsuba_scene import import_scene
     from ddgi.scene.plugin_tree import PluginTree, searching

@@ -194,7 +194,7 @@ class PluginTree:
         return self.label(index) if index is not None else f'{built.class_name()} "{built.id()}"'
 
     def _check(self, index: int) -> None:
-        """Numbers must be finite and files must exist."""
+        """Numbers must be finite, and files must exist and hold something."""
         properties, types = self.properties(index), mi.Properties.Type
         for key in properties.keys():  # noqa: SIM118, not a dict
             kind = properties.type(key)
@@ -203,9 +203,11 @@ class PluginTree:
             elif kind in (types.Float, types.Vector, types.Color):
                 check_finite(np.array(properties[key]), f"{self.label(index)}: {key}")
             elif kind == types.String and key == "filename":
-                path = mi.file_resolver().resolve(properties[key])
-                if not Path(str(path)).is_file():
+                path = Path(str(mi.file_resolver().resolve(properties[key])))
+                if not path.is_file():
                     raise SceneError(f"{self.label(index)}: file not found: {properties[key]}")
+                if path.stat().st_size == 0:
+                    raise SceneError(f"{self.label(index)}: the file is empty: {properties[key]}")
 
 
 def one_line(error: Exception) -> str:

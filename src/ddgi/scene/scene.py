@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import mitsuba as mi
+import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.lighting.lights import Lights
@@ -36,6 +37,20 @@ class Scene:
     source: Any = (
         None  # Mitsuba's parsed scene, all materials and lights in it: build it with `mi.parser.instantiate`
     )
+
+    def __repr__(self) -> str:
+        cameras = ", ".join(c.name for c in self.cameras)
+        return f"Scene({self.name!r}, {self.triangles:,} triangles, cameras: {cameras})"
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """(low, high) corner of the box around all geometry and the box of interest [m]."""
+        box = self.mi_scene.bbox()
+        low, high = np.ravel(box.min), np.ravel(box.max)
+        if not (low <= high).all():  # no geometry
+            return self.box
+        first, last = np.minimum(low, self.box[0]), np.maximum(high, self.box[1])
+        return tuple(first.tolist()), tuple(last.tolist())
 
     @property
     def tracer(self) -> MeshTracer:

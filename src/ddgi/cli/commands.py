@@ -1,0 +1,20 @@
+"""All commands, gathered."""
+
+from __future__ import annotations
+
+import click
+
+from ddgi import __version__
+from ddgi.cli.bench import bench
+from ddgi.cli.listings import presets, scenes
+from ddgi.cli.render import render
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, message="ddgi %(version)s")
+def commands() -> None:
+    """Light scenes with ray-traced irradiance probes (dynamic diffuse global illumination)."""
+
+
+for command in (render, scenes, presets, bench):
+    commands.add_command(command)
