@@ -1,4 +1,4 @@
-"""One backend for the whole run: Mitsuba's types belong to the first that is chosen."""
+"""One backend for the whole run (Mitsuba's types belong to the first that is chosen), and the command line."""
 
 import pytest
 
@@ -22,3 +22,33 @@ def _skip_without_gpu(request: pytest.FixtureRequest) -> None:
 
     if request.node.get_closest_marker("cuda") and optix_problem() is not None:
         pytest.skip("no NVIDIA GPU with OptiX")
+
+
+@pytest.fixture
+def run(capfd):
+    """The command in this process: (exit code, stdout, stderr)."""
+    from ddgi.cli import main
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        code = main(list(map(str, arguments)))
+        out, err = capfd.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def refused(run, tmp_path, monkeypatch):
+    """Runs the command where it must fail; the one line it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str, code: int = 1) -> str:
+        before = sorted(tmp_path.rglob("*"))
+        found, out, err = run(*arguments)
+        assert (found, out) == (code, "")
+        assert len(err.splitlines()) == 1, err
+        assert err.startswith("ddgi: error: ")
+        assert sorted(tmp_path.rglob("*")) == before, "nothing is left behind"
+        return err
+
+    return call

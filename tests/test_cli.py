@@ -11,7 +11,6 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.cli import main
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
 from ddgi.cli.values import parse_numbers
@@ -25,35 +24,6 @@ def ddgi(*arguments: str, **keywords) -> subprocess.CompletedProcess:
     """The command in a process of its own."""
     command = [sys.executable, "-m", "ddgi", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, **keywords)
-
-
-@pytest.fixture
-def run(capfd):
-    """The command in this process: (exit code, stdout, stderr)."""
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        code = main(list(map(str, arguments)))
-        out, err = capfd.readouterr()
-        return code, out, err
-
-    return call
-
-
-@pytest.fixture
-def refused(run, tmp_path, monkeypatch):
-    """Runs the command where it must fail; the one line it prints."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str, code: int = 1) -> str:
-        before = sorted(tmp_path.rglob("*"))
-        found, out, err = run(*arguments)
-        assert (found, out) == (code, "")
-        assert len(err.splitlines()) == 1, err
-        assert err.startswith("ddgi: error: ")
-        assert sorted(tmp_path.rglob("*")) == before, "nothing is left behind"
-        return err
-
-    return call
 
 
 # ---- what works --------------------------------------------------------------------------------

@@ -47,6 +47,29 @@ def save(path: str | os.PathLike[str], what: Frame | Any, tone: tones.Settings |
     _write(bitmap, target)
 
 
+def save_display(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
+    """Write display values as they are to a `.png`. pixels: (H, W, 3) uint8.
+
+    Raises:
+        OutputError: The ending is another, or the file cannot be written.
+    """
+    import mitsuba as mi
+
+    _write(mi.Bitmap(np.ascontiguousarray(pixels)), check_display(path))
+
+
+def check_display(path: str | os.PathLike[str]) -> Path:
+    """The `.png` that display values would go to.
+
+    Raises:
+        OutputError: The ending is another, or no file can be written there; says why.
+    """
+    target = check_writable(path)
+    if target.suffix.lower() != ".png":
+        raise OutputError(f"{path}: display values go to a .png")
+    return target
+
+
 def check_writable(path: str | os.PathLike[str]) -> Path:
     """The file that a picture would go to; called before rendering, so that no time is wasted.
 

@@ -13,13 +13,19 @@ from typing import Any
 
 import drjit as dr
 
+KEPT = 32
+"""Recordings kept of a function; the one longest unused goes first."""
+
 
 class Replayed:
     """A function of Dr.Jit arrays and constants, recorded once for each set of constants."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         """Nothing is recorded before the first call."""
-        self._frozen = dr.freeze(lambda _constants, *arguments: function(*arguments))
+        # Settings change because somebody changes them: no reason for Dr.Jit to warn.
+        self._frozen = dr.freeze(
+            lambda _constants, *arguments: function(*arguments), limit=KEPT, warn_after=2**31 - 1
+        )
 
     def __call__(self, settings: Any, *arguments: Any) -> Any:
         """Call the function with `arguments`, then `settings`.

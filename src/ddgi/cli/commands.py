@@ -6,6 +6,7 @@ import click
 
 from ddgi import __version__
 from ddgi.cli.bench import bench
+from ddgi.cli.compare import compare
 from ddgi.cli.listings import presets, scenes
 from ddgi.cli.render import render
 
@@ -16,5 +17,5 @@ def commands() -> None:
     """Light scenes with ray-traced irradiance probes (dynamic diffuse global illumination)."""
 
 
-for command in (render, scenes, presets, bench):
+for command in (render, scenes, presets, bench, compare):
     commands.add_command(command)

@@ -27,21 +27,31 @@ class Settings:
 
 def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface:
     """The surface behind each pixel, row by row from the top left. (W H,) lanes."""
-    width, height = camera.size
-    pixel = dr.arange(mi.UInt32, width * height)
-    row = pixel // width
     # All pixels share one offset per frame: neighbouring rays stay alike.
     within = mi.Point2f(0.5)
     if s.antialias:
         within = sampling.low_discrepancy_2d(time, sampling.PIXEL, mi.UInt32(0), time.tick)
+    pixel = dr.arange(mi.UInt32, camera.size[0] * camera.size[1])
+    origin, direction = camera_rays(camera, pixel, within)
+    return tracer.intersect(
+        origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
+    )
+
+
+def camera_rays(camera: Camera, pixel: mi.UInt32, within: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Origin [m] and unit direction of rays through pixels.
+
+    Args:
+        camera: Where the picture is taken from.
+        pixel: (N,) numbers of pixels, row by row from the top left.
+        within: Place within the pixel in [0, 1)^2, (N,) or (1,).
+    """
+    width, height = camera.size
+    row = pixel // width
     x = (mi.Float(pixel - row * width) + within.x) * (2 / width) - 1
     y = 1 - (mi.Float(row) + within.y) * (2 / height)
     aside = x * camera.right + y * camera.up
     if camera.orthographic:
-        origin, direction = camera.position + aside + camera.near * camera.forward, camera.forward + aside * 0
-    else:
-        reach = camera.forward + aside
-        origin, direction = camera.position + camera.near * reach, dr.normalize(reach)
-    return tracer.intersect(
-        origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
-    )
+        return camera.position + aside + camera.near * camera.forward, camera.forward + aside * 0
+    reach = camera.forward + aside
+    return camera.position + camera.near * reach, dr.normalize(reach)

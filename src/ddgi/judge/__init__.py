@@ -1,0 +1,1 @@
+"""How wrong the light is, and compared with what."""

@@ -1,0 +1,76 @@
+"""References on disk: one file per view, found by what it shows.
+
+Files of another version of this package's format, of Mitsuba, or cut short, are ignored.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ddgi.errors import OutputError
+from ddgi.scene.camera import Camera
+from ddgi.scene.fingerprint import fingerprint
+from ddgi.scene.scene import Scene
+from ddgi.whole_file import whole_file
+
+FORMAT = 1
+"""Of the files, and of how references are made."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a reference shows, and where it is kept."""
+
+    text: str
+    path: Path
+
+    @classmethod
+    def of(cls, scene: Scene, camera: Camera, folder: Path | None = None) -> Key:
+        """Key of a view of a scene."""
+        text = f"ddgi {FORMAT}, mitsuba {version('mitsuba')}, {fingerprint(scene)}, {camera.fingerprint()}"
+        name = f"{scene.name}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.npz"
+        return cls(text, (folder or default_folder()) / name)
+
+
+def default_folder() -> Path:
+    """`$DDGI_CACHE_DIR`, else `ddgi` in the user's folder for caches."""
+    if own := os.environ.get("DDGI_CACHE_DIR"):
+        return Path(own)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ddgi" / "references"
+
+
+def load(key: Key) -> dict[str, Any] | None:
+    """What was stored under a key; None if there is nothing usable."""
+    try:
+        with open(key.path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
+            if str(file["key"]) != key.text:
+                return None
+            return {
+                "halves": file["halves"],
+                "direct": file["direct"],
+                "spp": int(file["spp"]),
+                "noise": float(file["noise"]),
+            }
+    except Exception:  # missing, cut short, another format: numpy and zipfile raise many kinds
+        return None
+
+
+def store(key: Key, values: dict[str, Any]) -> None:
+    """Keep values under a key; a file appears whole or not at all.
+
+    Raises:
+        OutputError: The folder cannot be written.
+    """
+    try:
+        key.path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{key.path.parent}: no folder for references: {error.strerror}") from error
+    with whole_file(key.path) as path, open(path, "wb") as file:
+        np.savez_compressed(file, key=key.text, **values)

@@ -1,0 +1,152 @@
+"""Field against reference: the same camera, lights and materials, in numbers and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ddgi.judge import denoiser
+from ddgi.judge.metrics import Difference, difference, load_flip
+from ddgi.judge.path_tracer import PathTracer
+from ddgi.judge.reference import Reference, make_reference
+from ddgi.judge.rival import Rival, rival, sample_ms, samples_in
+from ddgi.judge.trial import Outcome, Trial, run
+from ddgi.judge.view import look, remarks
+from ddgi.scene.scene import Scene
+
+RIVAL_SEEDS = (1 << 30, (1 << 30) + (1 << 20))
+"""First seeds of the rivals: none of the reference's samples are among theirs."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A configuration and its difference from the reference."""
+
+    outcome: Outcome
+    difference: Difference  # of the mean of all frames
+    single: Difference  # of one frame of the converged field
+
+    def figures(self) -> dict[str, Any]:
+        """All numbers by name."""
+        return self.difference.figures() | {"frame_flip_mean": self.single.flip_mean} | self.outcome.figures()
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Everything one `ddgi compare` finds out."""
+
+    scene: Scene
+    target: float  # mean FLIP asked for
+    reference: Reference
+    judged: list[Judged]  # at least one, in the order asked for
+    rivals: dict[str, Rival]  # "frame" and "still", of the first configuration; empty if not asked for
+    notes: list[str]  # what to know, a line each
+
+    @property
+    def valid(self) -> bool:
+        """Whether the reference is good enough for the target."""
+        return self.reference.good_for(self.target)
+
+    def figures(self) -> dict[str, Any]:
+        """All numbers by name; those of the first configuration at the top."""
+        return (
+            {
+                "scene": self.scene.name,
+                "camera": self.scene.camera.name,
+                "size": list(self.scene.camera.size),
+                "target": self.target,
+                "reference_spp": self.reference.spp,
+                "reference_flip": self.reference.noise,
+                "valid": self.valid,
+                "configuration": self.judged[0].outcome.trial.name,
+            }
+            | self.judged[0].figures()
+            | {
+                "rival": {name: found.figures() for name, found in self.rivals.items()},
+                "configurations": {j.outcome.trial.name: j.figures() for j in self.judged},
+                "notes": self.notes,
+            }
+        )
+
+
+def compare(
+    scene: Scene,
+    trials: Sequence[Trial],
+    *,
+    frames: int = 64,
+    target: float = 0.05,
+    most_seconds: float = 120.0,
+    rivals: bool = True,
+    folder: Path | None = None,
+    progress: Callable[[str, int], None] = lambda text, steps: None,
+    step: Callable[[], None] = lambda: None,
+) -> Comparison:
+    """Judge configurations against one reference.
+
+    Args:
+        scene: What there is; its first camera is looked through.
+        trials: Configurations, one at least.
+        frames: How many each of them renders.
+        target: Mean FLIP that the reference must be able to tell from noise.
+        most_seconds: Time for the reference; where it is not enough, `valid` is false.
+        rivals: Path trace and denoise in the time of the first configuration too.
+        folder: Where references are kept; None: the default one.
+        progress: Told what begins, and in how many steps.
+        step: Called after every step.
+
+    Raises:
+        DDGIError: FLIP or the denoiser is not installed, or a picture holds values that are not numbers.
+        SettingsError: A configuration is impossible.
+        OutputError: The reference cannot be kept.
+    """
+    load_flip()  # before the work starts
+    truth = make_reference(scene, scene.camera, target, most_seconds, folder, lambda text: progress(text, 0))
+    judged = []
+    for trial in trials:
+        progress(f"rendering {trial.name}", frames)
+        outcome = run(scene, trial, frames, step)
+        judged.append(
+            Judged(
+                outcome, difference(outcome.picture, truth.picture), difference(outcome.single, truth.picture)
+            )
+        )
+    view = look(scene)
+    notes = [*scene.notes, *remarks(view), *_doubts(truth, target, judged)]
+    found = {}
+    if rivals and not denoiser.installed():
+        notes.append(f"no rival: {denoiser.MISSING}")
+    elif rivals:
+        progress("path tracing the rivals", 0)
+        found = _rivals(scene, judged[0].outcome, truth, view.guides)
+    return Comparison(scene, target, truth, judged, found, notes)
+
+
+def _rivals(scene: Scene, ours: Outcome, truth: Reference, guides) -> dict[str, Rival]:
+    """Both rivals of one outcome."""
+    tracer = PathTracer(scene)
+    per_sample = sample_ms(tracer, scene.camera)
+    times = {"frame": ours.frame_ms, "still": ours.frame_ms * ours.frames}
+    return {
+        name: rival(tracer, scene.camera, samples_in(ms, per_sample), guides, truth.picture, seed)
+        for (name, ms), seed in zip(times.items(), RIVAL_SEEDS, strict=True)
+    }
+
+
+def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[str]:
+    """What keeps the numbers from counting."""
+    lines = []
+    if not truth.good_for(target):
+        lines.append(
+            f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
+            f"after {truth.spp} samples a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
+        )
+    if not truth.picture.any():
+        lines.append("the reference is black")
+    for j in judged:
+        if j.outcome.non_finite:
+            lines.append(
+                f"{j.outcome.trial.name}: {j.outcome.non_finite} values were not numbers; taken as black"
+            )
+    return lines

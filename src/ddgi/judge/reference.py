@@ -1,0 +1,117 @@
+"""A path-traced reference in two independent halves, refined until it is good enough, and kept.
+
+What the halves differ by is the reference's own noise, `reference_flip`. A target counts only where
+the noise is at most half of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from ddgi.errors import DDGIError
+from ddgi.judge.cache import Key, load, store
+from ddgi.judge.metrics import flip_exposures, flip_map
+from ddgi.judge.path_tracer import PathTracer
+from ddgi.scene.camera import Camera
+from ddgi.scene.scene import Scene
+
+FIRST_SAMPLES = 8
+"""Samples per pixel of each half to begin with; doubled until the noise is low enough."""
+DIRECT_SHARE = 2
+"""Direct light alone is less noisy: it takes half the samples."""
+MOST_SAMPLES = 2**24
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Path-traced pictures of one view, (H, W, 3) radiance [W/(m^2 sr)]."""
+
+    halves: np.ndarray  # (2, H, W, 3) means of independent samples
+    direct: np.ndarray  # (H, W, 3) emission and direct light
+    spp: int  # samples per pixel in both halves together
+    noise: float  # mean FLIP between the halves
+
+    @property
+    def picture(self) -> np.ndarray:
+        """The mean of both halves, (H, W, 3)."""
+        return self.halves.mean(0)
+
+    @property
+    def indirect(self) -> np.ndarray:
+        """What bounced at least twice, (H, W, 3); noise may make it negative."""
+        return self.picture - self.direct
+
+    def good_for(self, target: float) -> bool:
+        """Whether a mean FLIP of `target` can be told from noise."""
+        return self.noise <= target / 2
+
+
+def make_reference(
+    scene: Scene,
+    camera: Camera,
+    target: float,
+    most_seconds: float,
+    folder: Path | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Reference:
+    """The reference of a view: from the cache if it is good enough, else refined and kept.
+
+    Args:
+        scene: What there is; its `source` is rendered.
+        camera: The view.
+        target: Mean FLIP that it must be able to tell from noise.
+        most_seconds: Time for new samples; the noise reached is stated in the result.
+        folder: Where references are kept; None: the default one (`ddgi.judge.cache`).
+        progress: Told what is going on.
+
+    Raises:
+        DDGIError: The path-traced picture is not finite, or FLIP is not installed.
+        OutputError: The reference cannot be kept.
+    """
+    key = Key.of(scene, camera, folder)
+    found = load(key)
+    known = None if found is None else Reference(**found)
+    if known is not None and (known.good_for(target) or most_seconds <= 0):
+        return known
+    tracer, start, done = PathTracer(scene), perf_counter(), 0
+    if known is None:
+        progress("path tracing the reference")
+        known, done = _refined(None, tracer, camera, FIRST_SAMPLES), FIRST_SAMPLES
+    while not known.good_for(target):
+        wanted = min(known.spp // 2, MOST_SAMPLES - known.spp)
+        if done:  # as many more as the time left allows
+            spent = perf_counter() - start
+            wanted = min(wanted, int((most_seconds - spent) * done / spent))
+        if wanted < 1:
+            break
+        progress(f"path tracing the reference, {known.spp} samples a pixel so far")
+        known, done = _refined(known, tracer, camera, wanted), done + wanted
+    store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
+    return known
+
+
+def _refined(known: Reference | None, tracer: PathTracer, camera: Camera, spp: int) -> Reference:
+    """The reference with `spp` more samples in each half."""
+    before = 0 if known is None else known.spp // 2
+    halves = np.stack([tracer.render(camera, spp, _seed(half, before)).picture for half in range(2)])
+    direct = tracer.render_direct(camera, max(1, spp // DIRECT_SHARE), _seed(2, before)).picture
+    if not (np.isfinite(halves).all() and np.isfinite(direct).all()):
+        raise DDGIError("the path-traced reference holds values that are not numbers")
+    share = before / (before + spp)
+    if known is not None:
+        halves, direct = (
+            (share * old + (1 - share) * new).astype(np.float32)
+            for old, new in ((known.halves, halves), (known.direct, direct))
+        )
+    noise = flip_map(halves[0], halves[1], flip_exposures(halves.mean(0))).mean()
+    return Reference(halves, direct, 2 * (before + spp), float(noise))
+
+
+def _seed(part: int, before: int) -> int:
+    """First seed of a run of samples: runs of the three parts never overlap."""
+    return (part + 1) * 2 * MOST_SAMPLES + before

@@ -1,0 +1,68 @@
+"""The rival: what a path tracer and a denoiser make of the same time.
+
+`frame`: the time of one of our frames, against one frame of our converged field. `still`: the time
+of all our frames, warm-up included, against the picture they add up to. The denoiser's time is
+reported, not charged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from ddgi.judge.denoiser import Guides, denoise
+from ddgi.judge.metrics import Difference, difference
+from ddgi.judge.path_tracer import PathTracer
+from ddgi.scene.camera import Camera
+
+TRIALS = 3
+"""Renderings of one sample that are timed, after one that compiles."""
+MOST_SAMPLES = 4096
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A denoised path-traced picture, and how it fares."""
+
+    picture: np.ndarray  # (H, W, 3)
+    spp: int
+    ms: float  # path tracing alone
+    denoise_ms: float
+    difference: Difference
+
+    def figures(self) -> dict[str, Any]:
+        """The numbers by name."""
+        return {
+            "spp": self.spp,
+            "flip_mean": self.difference.flip_mean,
+            "time_ms": self.ms,
+            "denoise_ms": self.denoise_ms,
+        }
+
+
+def sample_ms(tracer: PathTracer, camera: Camera) -> float:
+    """Time of one sample per pixel [ms]."""
+    tracer.render(camera, 1, 0)
+    return median(tracer.render(camera, 1, trial).ms for trial in range(TRIALS))
+
+
+def rival(
+    tracer: PathTracer, camera: Camera, spp: int, guides: Guides, reference: np.ndarray, seed: int
+) -> Rival:
+    """Path trace with `spp` samples per pixel, denoise, compare.
+
+    Raises:
+        DDGIError: The denoiser or FLIP is not installed.
+    """
+    samples = tracer.render(camera, min(spp, MOST_SAMPLES), seed)
+    noisy = np.maximum(np.nan_to_num(samples.picture, posinf=0.0), 0)
+    clean, ms = denoise(noisy, guides)
+    return Rival(clean, samples.spp, samples.ms, ms, difference(clean, reference))
+
+
+def samples_in(ms: float, sample_ms: float) -> int:
+    """Samples per pixel that a path tracer finishes in a time: one at least."""
+    return max(1, round(ms / sample_ms))

@@ -1,0 +1,49 @@
+"""A comparison as a table for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ddgi.judge.compare import Comparison, Judged
+
+COLUMNS = ("FLIP", "p99", "one frame", "luminance", "rel. MSE", "MFF mean", "MFF max", "ms/frame", "MB")
+
+
+def table(found: Comparison) -> str:
+    """A row for each configuration; those that no other beats in error, time and memory carry a star."""
+    width = max(len(j.outcome.trial.name) for j in found.judged) + 2
+    best = front(found.judged) if len(found.judged) > 1 else set()
+    lines = [" " * width + "".join(f"{title:>11}" for title in COLUMNS)]
+    for number, j in enumerate(found.judged):
+        name = j.outcome.trial.name + ("*" if number in best else "")
+        lines.append(f"{name:<{width}}" + "".join(f"{cell:>11}" for cell in _cells(j)))
+    if best:
+        lines.append(
+            "* no other configuration is at least as good in error, time and memory, and better in one"
+        )
+    truth = found.reference
+    verdict = "good enough" if found.valid else "NOT good enough"
+    lines += ["", f"reference: {truth.spp} samples a pixel, FLIP {truth.noise:.4f} between its halves: "
+              f"{verdict} for a target of {found.target:g}"]  # fmt: skip
+    for name, r in found.rivals.items():
+        ours = found.judged[0].single if name == "frame" else found.judged[0].difference
+        lines.append(
+            f"rival, {name}: {r.spp} samples a pixel in {r.ms:.0f} ms, denoised in {r.denoise_ms:.0f} ms: "
+            f"FLIP {r.difference.flip_mean:.4f}; ours {ours.flip_mean:.4f}"
+        )
+    return "\n".join(lines)
+
+
+def front(judged: Sequence[Judged]) -> set[int]:
+    """Numbers of the configurations on the front of cost against error."""
+    costs = [(j.difference.flip_mean, j.outcome.frame_ms, j.outcome.figures()["field_mb"]) for j in judged]
+    beaten = lambda a, b: a != b and all(y <= x for x, y in zip(a, b, strict=True))  # noqa: E731
+    return {i for i, a in enumerate(costs) if not any(beaten(a, b) for b in costs)}
+
+
+def _cells(j: Judged) -> list[str]:
+    d, cost = j.difference, j.outcome.figures()
+    return [
+        f"{d.flip_mean:.4f}", f"{d.flip_p99:.3f}", f"{j.single.flip_mean:.4f}", f"{100 * d.luminance_error:+.1f} %",
+        f"{d.rel_mse:.4f}", f"{d.mff_mean:.4f}", f"{d.mff_max:.3f}", f"{cost['frame_ms']:.1f}", f"{cost['field_mb']:.1f}",
+    ]  # fmt: skip

@@ -1,0 +1,195 @@
+"""A comparison from end to end, on pictures small enough to be quick."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ddgi
+from ddgi.config import load_settings
+from ddgi.errors import DDGIError
+from ddgi.judge import denoiser, sheet
+from ddgi.judge.compare import compare
+from ddgi.judge.rival import samples_in
+from ddgi.judge.table import front, table
+from ddgi.judge.trial import Trial, run
+from ddgi.scene.camera import look_at
+
+QUICK = ("rays.per_probe=32", "grid.budget=200")
+
+
+def trial(name: str, *sets: str) -> Trial:
+    return Trial(name, load_settings("default", None, (*QUICK, *sets)))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return ddgi.load_scene("cornell-point", size=(40, 40))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("references")
+
+
+@pytest.fixture(scope="module")
+def found(scene, folder):
+    trials = [
+        trial("default"),
+        trial("no field", "gather.energy_preservation=0"),
+        trial("leaky", "query.visibility=false"),
+    ]
+    return compare(scene, trials, frames=24, target=0.1, most_seconds=30, folder=folder)
+
+
+def test_figures_are_those_of_the_contract(found):
+    figures = found.figures()
+    assert figures.keys() >= {
+        "flip_mean", "flip_p99", "reference_flip", "luminance_error", "rel_mse", "mff_mean", "mff_max",
+        "reference_spp", "rival", "frames", "valid",
+    }  # fmt: skip
+    for name in ("frame", "still"):
+        assert figures["rival"][name].keys() == {"spp", "flip_mean", "time_ms", "denoise_ms"}
+    assert figures["valid"] is True
+    assert figures["frames"] == 24
+    assert list(figures["configurations"]) == ["default", "no field", "leaky"]
+    assert figures["configurations"]["default"]["flip_mean"] == figures["flip_mean"]
+
+
+def test_light_that_bounces_once_only_is_found_too_dark(found):
+    full, once, _ = found.judged
+    assert abs(full.difference.luminance_error) < 0.05
+    assert once.difference.luminance_error < -0.05
+    assert once.difference.flip_mean > full.difference.flip_mean
+
+
+def test_parts_add_up(found):
+    for j in found.judged:
+        np.testing.assert_allclose(j.outcome.direct + j.outcome.indirect, j.outcome.picture, atol=1e-5)
+    direct_only = found.reference.direct
+    assert 0.3 < direct_only.mean() / found.reference.picture.mean() < 0.9
+    np.testing.assert_allclose(found.judged[0].outcome.direct.mean(), direct_only.mean(), rtol=0.02)
+
+
+def test_a_rival_with_more_time_is_better(found):
+    assert found.rivals["still"].spp > found.rivals["frame"].spp
+    assert found.rivals["still"].difference.flip_mean < found.rivals["frame"].difference.flip_mean
+
+
+def test_rivals_get_as_many_samples_as_fit():
+    assert samples_in(100, 40) == 2
+    assert samples_in(100, 41) == 2
+    assert samples_in(10, 40) == 1, "one at least"
+
+
+def test_table_names_every_configuration_and_the_front(found):
+    text = table(found)
+    for name in ("default", "no field", "leaky", "rival, frame", "rival, still", "good enough"):
+        assert name in text
+    assert "NOT good enough" not in text
+
+
+def test_the_front_holds_what_nothing_beats(found):
+    one, two, three = found.judged
+    cheap = replace(two, outcome=replace(two.outcome, frame_ms=one.outcome.frame_ms / 2))
+    dear = replace(
+        three,
+        difference=replace(three.difference, flip_mean=1.0),
+        outcome=replace(three.outcome, frame_ms=1e6),
+    )
+    assert front([one, cheap, dear]) == {0, 1}
+
+
+def test_sheet_shows_every_configuration(found):
+    page = sheet.sheet(found)
+    rows, columns = 4, 5
+    assert page.dtype == np.uint8
+    assert page.shape == (
+        rows * (40 + sheet.CAPTION + sheet.GAP) + sheet.GAP,
+        columns * (40 + sheet.GAP) + sheet.GAP,
+        3,
+    )
+    assert (page == sheet.BACKGROUND).all(-1).mean() < 0.6
+
+
+def test_colours_of_errors():
+    black_to_bright = sheet.colored(np.array([[0.0, 0.5, 1.0, np.nan]]), sheet.MAGMA).sum(-1)[0]
+    assert black_to_bright[0] < black_to_bright[1] < black_to_bright[2]
+    blue, white, red = sheet.colored(np.array([[0.0, 0.5, 1.0]]), sheet.SIGNED)[0]
+    assert blue[2] > blue[0]
+    assert red[0] > red[2]
+    assert white.min() > 240
+    reference = np.full((2, 2, 3), 0.5)
+    assert (sheet.relative_excess(reference * 1.2, reference) > 0.1).all()
+    assert (sheet.relative_excess(reference * 0.8, reference) < -0.1).all()
+
+
+def test_a_reference_too_noisy_is_said_to_be(scene, tmp_path):
+    found = compare(
+        scene, [trial("default")], frames=2, target=1e-3, most_seconds=0, rivals=False, folder=tmp_path
+    )
+    assert not found.valid
+    assert any("too noisy for a target of 0.001" in note for note in found.notes)
+    assert "NOT good enough" in table(found)
+    assert found.figures()["rival"] == {}
+
+
+def test_a_black_scene_has_an_answer(tmp_path):
+    import mitsuba as mi
+
+    ddgi.use_backend("auto")
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+    lamp = {"type": "point", "position": [0, 0, -5], "intensity": {"type": "rgb", "value": 1.0}}
+    description = {"type": "scene", "card": {"type": "rectangle", "bsdf": black}, "lamp": lamp}
+    view = look_at((0, 0, 1), (0, 0, 0), fov=40, size=(16, 16))
+    scene = ddgi.load_scene(description, camera=view)
+    assert isinstance(scene.mi_scene, mi.Scene)
+    found = compare(scene, [trial("default")], frames=2, most_seconds=5, rivals=False, folder=tmp_path)
+    assert found.figures()["flip_mean"] == 0
+    assert found.figures()["luminance_error"] == 0
+    assert "the reference is black" in found.notes
+    assert sheet.sheet(found).size > 0
+
+
+def test_a_camera_inside_a_wall_is_noticed(tmp_path):
+    inside = look_at((0.33, -0.7, 0.37), (0.33, -0.7, 0), fov=60, size=(16, 16))  # in the short block
+    scene = ddgi.load_scene("cornell-point", camera=inside)
+    found = compare(
+        scene, [trial("default")], frames=2, target=10, most_seconds=0, rivals=False, folder=tmp_path
+    )
+    assert any("from behind: does the camera stand inside a wall?" in note for note in found.notes)
+
+
+def test_without_a_denoiser_there_is_no_rival(scene, folder, monkeypatch):
+    monkeypatch.setattr(denoiser, "installed", lambda: False)
+    found = compare(scene, [trial("default")], frames=2, target=0.1, most_seconds=0, folder=folder)
+    assert found.rivals == {}
+    assert any("pip install mitsuba-oidn" in note for note in found.notes)
+
+
+def test_what_is_not_installed_is_named(found, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(DDGIError, match="pip install pillow"):
+        sheet.sheet(found)
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
+    assert not denoiser.installed()
+    with pytest.raises(DDGIError, match="pip install mitsuba-oidn"):
+        denoiser.denoise(np.zeros((4, 4, 3)), denoiser.Guides(np.zeros((4, 4, 3)), np.zeros((4, 4, 3))))
+
+
+def test_denoising_removes_noise():
+    truth = np.full((64, 64, 3), 0.5, np.float32)
+    noisy = truth + np.random.default_rng(0).normal(0, 0.1, truth.shape).astype(np.float32)
+    guides = denoiser.Guides(np.full_like(truth, 0.5), np.tile(np.float32([0, 0, 1]), (64, 64, 1)))
+    clean, ms = denoiser.denoise(noisy, guides)
+    assert np.abs(clean - truth).mean() < 0.2 * np.abs(noisy - truth).mean()
+    assert ms > 0
+
+
+def test_a_single_frame_is_the_converged_fields(scene):
+    outcome = run(scene, trial("default"), 12)
+    assert outcome.frames == 12
+    assert outcome.single.mean() == pytest.approx(outcome.picture.mean(), rel=0.05)
+    assert outcome.non_finite == 0
