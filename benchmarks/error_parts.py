@@ -1,0 +1,100 @@
+"""Take the error of the default apart: what remains as one part after another is made ideal.
+
+    python benchmarks/error_parts.py         # into docs/results/parts.json
+
+Each row keeps the ideal parts of the rows above it:
+
+- noise: 2,048 rays a probe;
+- angles: 32 x 32 irradiance and 64 x 64 distance texels;
+- feedback: full paths of 12 surfaces per probe ray, in place of last frame's field;
+- visibility: a ray from every probe to every point, in place of the Chebyshev bound;
+- space: eight times the probes.
+
+Encoding is judged against the row before: the maps' formats and γ, made worse one by one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+from studies import RESULTS, View, judged, machine, trials
+
+from ddgi.frame import advance, expose
+from ddgi.probes import query
+from ddgi.trace.surface import offset_origin
+
+VIEWS = (
+    View("cornell-point", materials="diffuse", size=(240, 240)),
+    View("statue-box", materials="diffuse", size=(240, 135)),
+    View("two-rooms", materials="diffuse", size=(240, 135), target=0.1),
+)
+NOISE = "rays.per_probe=2048"
+ANGLES = f"{NOISE}; volume.irradiance_size=32; volume.distance_size=64"
+PATHS = f"{ANGLES}; gather.bounces=path; gather.path_length=12"
+STEPS = {
+    "default": "",
+    "noise": NOISE,
+    "angles": ANGLES,
+    "feedback": PATHS,
+}
+ENCODINGS = {
+    "γ = 5": "blend.gamma=5",
+    "16 bit": "volume.irradiance_format=float16; volume.distance_format=float16",
+    "r11g11b10 and 8 bit distances": "volume.irradiance_format=r11g11b10; volume.distance_format=unorm8",
+}
+
+
+@contextmanager
+def traced_visibility(scene: Any) -> Iterator[None]:
+    """Every query asks a ray whether a probe sees the point."""
+    bound = query._visibility
+
+    def visible(vol, probe, from_probe, unit, active, layout, s, tap):
+        start = vol.grid.position(probe)
+        length = dr.norm(from_probe)
+        direction = from_probe / dr.maximum(length, 1e-9)
+        origin = offset_origin(start, mi.Normal3f(direction), direction)
+        return scene.tracer.visible(origin, direction, length * (1 - 1e-3), active)
+
+    query._visibility = visible
+    advance.cache_clear()
+    expose.cache_clear()
+    try:
+        yield
+    finally:
+        query._visibility = bound
+        advance.cache_clear()
+        expose.cache_clear()
+
+
+def main() -> None:
+    """Measure all views."""
+    rows = []
+    for view in VIEWS:
+        scene = view.load()
+        steps = judged([view], trials(*(f"{name}: {sets}" for name, sets in STEPS.items())), frames=48)[0]
+        parts = {name: steps["configurations"][name] for name in STEPS}
+        with traced_visibility(scene):
+            exact = judged(
+                [view], trials(f"visibility: {ANGLES}", f"space: {ANGLES}; grid.budget=16384"), frames=48
+            )[0]["configurations"]
+        encoded = judged([view], trials(*(f"{n}: {s}" for n, s in ENCODINGS.items())), frames=48)[0]
+        rows.append(
+            {
+                "name": view.name,
+                "reference_flip": steps["reference_flip"],
+                "parts": parts | exact,
+                "encodings": encoded["configurations"],
+            }
+        )
+    found = {"machine": machine(), "rows": rows}
+    (RESULTS / "parts.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,168 @@
+"""Write docs/results.md: the words of docs/results.template.md, the tables from docs/results/*.json.
+
+    python benchmarks/results_page.py
+
+A line `{{name}}` in the template becomes the table of that name. A study that was not run says so.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parents[1] / "docs"
+Rows = list[dict[str, Any]]
+
+
+def load(name: str) -> dict[str, Any] | None:
+    """What a study found; None if it was not run."""
+    path = DOCS / "results" / f"{name}.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table in Markdown."""
+    line = lambda cells: "| " + " | ".join(map(str, cells)) + " |"  # noqa: E731
+    return "\n".join([line(head), line(["---"] * len(head)), *map(line, rows)])
+
+
+def quality(rows: Rows) -> str:
+    """A scene a row: error, rivals, reference."""
+    head = (
+        "scene", "materials", "size", "FLIP", "p99", "luminance", "rel. MSE", "one frame", "rival, frame", "rival, still",
+        "reference", "valid",
+    )  # fmt: skip
+    return table(head, map(_quality_row, rows))
+
+
+def _quality_row(r: dict[str, Any]) -> Sequence[Any]:
+    rivals = [r["rival"].get(name) for name in ("frame", "still")]
+    told = [f"{x['flip_mean']:.3f} ({x['spp']} spp)" if x else "-" for x in rivals]
+    better = rivals[0] is not None and r["frame_flip_mean"] < rivals[0]["flip_mean"]
+    one = f"**{r['frame_flip_mean']:.3f}**" if better else f"{r['frame_flip_mean']:.3f}"
+    return (
+        r["name"], r["materials"], "×".join(map(str, r["size"])), f"{r['flip_mean']:.3f}", f"{r['flip_p99']:.2f}",
+        f"{100 * r['luminance_error']:+.1f} %", f"{r['rel_mse']:.4f}", one, *told,
+        f"{r['reference_spp']:,} spp, {r['reference_flip']:.3f}",
+        f"yes, for {r['target']:g}" if r["valid"] else f"**no**, for {r['target']:g}",
+    )  # fmt: skip
+
+
+def by_configuration(figure: str, show: Callable[[float], str]) -> Callable[[Rows], str]:
+    """A configuration a row, a scene a column."""
+
+    def write(rows: Rows) -> str:
+        names = list(rows[0]["configurations"])
+        cells = [[show(r["configurations"][name][figure]) for r in rows] for name in names]
+        return table(("", *(r["name"] for r in rows)), ([n, *c] for n, c in zip(names, cells, strict=True)))
+
+    return write
+
+
+def wins(rows: Rows) -> str:
+    """FLIP of every configuration, bold where the default is beaten by more than 0.001, and how often it is."""
+    names = list(rows[0]["configurations"])
+    base = [r["configurations"][names[0]]["flip_mean"] for r in rows]
+    lines = []
+    for name in names:
+        found = [r["configurations"][name]["flip_mean"] for r in rows]
+        better = [f < b - 0.001 for f, b in zip(found, base, strict=True)]
+        worse = [f > b + 0.001 for f, b in zip(found, base, strict=True)]
+        cells = [f"**{f:.3f}**" if b else f"{f:.3f}" for f, b in zip(found, better, strict=True)]
+        lines.append([name, *cells, f"{sum(better)} : {sum(worse)}"])
+    return table(("changed", *(r["name"] for r in rows), "better : worse"), lines)
+
+
+def ablation(rows: Rows) -> str:
+    """The weights one by one."""
+    found = rows[0]["configurations"]
+    head = ("weights", "FLIP", "luminance", "MFF mean", "rel. MSE")
+    return table(
+        head,
+        (
+            (n, f"{c['flip_mean']:.3f}", f"{100 * c['luminance_error']:+.0f} %", f"{c['mff_mean']:.3f}", f"{c['rel_mse']:.3f}")
+            for n, c in found.items()
+        ),
+    )  # fmt: skip
+
+
+def maps(rows: Rows) -> str:
+    """Map sizes: MFF's error and memory."""
+    names = list(rows[0]["configurations"])
+    head = ["irradiance × distance texels", "kB"]
+    for r in rows:
+        head += [f"{r['name']}: MFF mean", "MFF max", "FLIP"]
+    lines = []
+    for name in names:
+        cells = [name.replace("x", "² × ") + "²", f"{1e3 * rows[0]['configurations'][name]['field_mb']:,.0f}"]
+        for r in rows:
+            c = r["configurations"][name]
+            cells += [f"{c['mff_mean']:.4f}", f"{c['mff_max']:.2f}", f"{c['flip_mean']:.4f}"]
+        lines.append(cells)
+    return table(head, lines)
+
+
+def grids(rows: Rows) -> str:
+    """Grid against map size: FLIP."""
+    found = rows[0]["configurations"]
+    counts = list(dict.fromkeys(name.split()[0] for name in found))
+    sizes = list(dict.fromkeys(name.split()[1] for name in found))
+    cell = lambda c, n: f"{found[f'{c} {n}']['flip_mean']:.3f}"  # noqa: E731
+    return table(
+        ("grid", *(f"{n}² texels" for n in sizes)),
+        ((c.replace("x", "×"), *(cell(c, n) for n in sizes)) for c in counts),
+    )
+
+
+def parts(rows: Rows) -> str:
+    """What is left as one part after another is made ideal."""
+    names = list(rows[0]["parts"])
+    lines = [[n, *(f"{r['parts'][n]['flip_mean']:.4f}" for r in rows)] for n in names]
+    lines += [
+        [f"(default with {n})", *(f"{r['encodings'][n]['flip_mean']:.4f}" for r in rows)]
+        for n in rows[0]["encodings"]
+    ]
+    lines.append(["FLIP between the reference's halves", *(f"{r['reference_flip']:.4f}" for r in rows)])
+    return table(("made ideal, one after another", *(r["name"] for r in rows)), lines)
+
+
+TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
+    "quality": ("quality", quality),
+    "presets": ("presets", by_configuration("flip_mean", "{:.3f}".format)),
+    "presets-luminance": ("presets", by_configuration("luminance_error", lambda x: f"{100 * x:+.1f} %")),
+    "ablation": ("ablation", ablation),
+    "maps": ("maps", maps),
+    "grids": ("grids", grids),
+    "constants": ("constants", wins),
+    "parts": ("parts", parts),
+}
+"""Tables by name: the study they come from, and how they are written."""
+
+
+def written(name: str) -> str:
+    """A table, with where it was measured beneath."""
+    if name not in TABLES:
+        raise SystemExit(f"results.template.md asks for {name!r}; there are {', '.join(TABLES)}")
+    study, write = TABLES[name]
+    found = load(study)
+    if found is None:
+        return f"Not measured yet: `python benchmarks/studies.py {study}`."
+    m = found["machine"]
+    return (
+        f"{write(found['rows'])}\n\n<sub>`{study}.json`: commit {m['commit']}, {m['processor']}, "
+        f"Mitsuba {m['mitsuba']}, Dr.Jit {m['drjit']}, Python {m['python']}.</sub>"
+    )
+
+
+def main() -> None:
+    """Write the page."""
+    text = (DOCS / "results.template.md").read_text()
+    page = re.sub(r"^\{\{([\w-]+)\}\}$", lambda m: written(m[1]), text, flags=re.MULTILINE)
+    (DOCS / "results.md").write_text(page)
+
+
+if __name__ == "__main__":
+    main()

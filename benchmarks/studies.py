@@ -1,0 +1,257 @@
+"""Measure quality, study by study, into docs/results/NAME.json; `results_page.py` makes the page of them.
+
+    python benchmarks/studies.py                 # lists the studies
+    python benchmarks/studies.py quality maps    # runs some
+    python benchmarks/studies.py all
+
+References are kept between runs (`ddgi compare` shares them). Scenes of files lie in ../shared/scenes,
+if at all; without them their rows are left out, and said to be.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import click
+
+import ddgi
+from ddgi.config import load_settings
+from ddgi.judge.compare import Comparison, compare
+from ddgi.judge.sheet import sheet
+from ddgi.judge.trial import Trial
+from ddgi.output import save_display
+
+HERE = Path(__file__).parents[1]
+RESULTS, PICTURES = HERE / "docs" / "results", HERE / "docs" / "pictures"
+FILES = HERE.parent / "shared" / "scenes"
+SIZE = (320, 180)
+
+
+@dataclass(frozen=True)
+class View:
+    """A scene, how it is looked at, and how good its reference must be."""
+
+    scene: str
+    camera: str | None = None
+    materials: str = "full"
+    size: tuple[int, int] = SIZE
+    target: float = 0.05
+    options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """What the page calls it."""
+        return self.scene if self.camera is None else f"{self.scene}, {self.camera}"
+
+    def load(self) -> ddgi.Scene | None:
+        """The scene; None where its file is not there."""
+        source: str | Path = self.scene
+        if (FILES / self.scene).is_dir() or self.scene in FROM_FILES:
+            source = FILES / self.scene / "scene_mi3.xml"
+            if not source.exists():
+                return None
+        return ddgi.load_scene(
+            source, camera=self.camera, size=self.size, materials=self.materials, **self.options
+        )
+
+
+FROM_FILES = ("staircase2", "veach-ajar", "classroom", "veach-bidir")
+CLOSED = tuple(
+    View(name, materials="diffuse")
+    for name in ("cornell", "cornell-point", "color-boxes", "ceiling-hole", "statue-box", "dragon-box")
+)
+LARGE = (
+    View("two-rooms", materials="diffuse", target=0.1),
+    View("house", "open", target=0.1),
+    View("courtyard", target=0.2),
+    View("courtyard", "gallery", target=0.2),
+    View("cathedral", target=0.2),
+    View("living-room", target=0.2),
+    View("forest", target=0.2),
+    *(View(name, size=(192, 108), target=0.2) for name in FROM_FILES),
+)
+
+
+def trials(*texts: str, preset: str = "default") -> list[Trial]:
+    """Configurations from `name: stage.field=value; ...`; the name alone is the preset."""
+    found = []
+    for text in texts:
+        name, _, changes = text.partition(":")
+        sets = [c.strip() for c in changes.split(";") if c.strip()]
+        found.append(Trial(name.strip(), load_settings(preset, None, sets)))
+    return found
+
+
+def judged(
+    views: Sequence[View], configurations: Sequence[Trial], *, seconds: float = 90, rivals: bool = False,
+    frames: int = 64, pictures: str | None = None,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Every view under every configuration."""
+    rows = []
+    for view in views:
+        scene = view.load()
+        if scene is None:
+            print(f"{view.name}: not here, left out", flush=True)
+            continue
+        found = compare(
+            scene, configurations, frames=frames, target=view.target, most_seconds=seconds, rivals=rivals
+        )
+        rows.append({"name": view.name, "materials": view.materials} | found.figures())
+        print(view.name, f"{found.judged[0].difference.flip_mean:.4f}", f"valid {found.valid}", flush=True)
+        if pictures:
+            _picture(found, f"{pictures}-{view.scene}")
+    return rows
+
+
+def _picture(found: Comparison, name: str) -> None:
+    PICTURES.mkdir(exist_ok=True)
+    save_display(PICTURES / f"{name}.png", sheet(found))
+
+
+def quality() -> Any:
+    """Every scene with the default, beside a path tracer of equal time."""
+    return judged((*CLOSED, *LARGE), trials("default"), rivals=True)
+
+
+def presets() -> Any:
+    """Every preset; all but ours with the warm-up switched on too, so that converged light is compared."""
+    configurations = [Trial("default", ddgi.RenderSettings.preset("default"))]
+    for name in ("scale", "blog", "ctu", "mff", "classic"):
+        configurations += [Trial(name, load_settings(name, None, ["blend.warm_up=8"]))]
+    views = (
+        View("cornell-point", materials="diffuse"),
+        View("statue-box", materials="diffuse"),
+        View("room-with-door", "room", materials="diffuse", target=0.1),
+        View("two-rooms", materials="diffuse", target=0.1),
+        View("courtyard", target=0.2),
+    )
+    return judged(views, configurations)
+
+
+def ablation() -> Any:
+    """CTU Fig. 7.1: the weights of the query one by one, 16 x 8 x 16 probes."""
+    none = "query.wrap=off; query.visibility=false; query.bias=off; query.crush=0; grid.counts=[16,8,16]"
+    wrap = none.replace("query.wrap=off; ", "")
+    visible = wrap.replace("query.visibility=false; ", "")
+    biased = visible.replace("query.bias=off; ", "")
+    configurations = trials(
+        f"none: {none}", f"wrap: {wrap}", f"and Chebyshev: {visible}", f"and bias: {biased}",
+        "and crush: grid.counts=[16,8,16]",
+    )  # fmt: skip
+    view = View("room-with-door", "room", materials="diffuse", target=0.1)
+    return judged([view], configurations, pictures="ablation")
+
+
+def maps() -> Any:
+    """MFF Table 4.5: map resolutions against error and memory."""
+    sizes = [(8, d) for d in (2, 4, 8, 16, 32, 64)] + [(i, 16) for i in (2, 4, 16, 32)]
+    configurations = [
+        *trials(*(f"{i}x{d}: volume.irradiance_size={i}; volume.distance_size={d}" for i, d in sizes))
+    ]
+    return judged(
+        [View("two-rooms", materials="diffuse", target=0.1), View("cornell-point", materials="diffuse")],
+        configurations,
+    )
+
+
+def grids() -> Any:
+    """CTU Table 7.1: grid against map size, in a closed box with two occluders."""
+    configurations = trials(
+        *(
+            f"{x}x{y}x{z} {n}: grid.counts=[{x},{y},{z}]; volume.irradiance_size={n}"
+            for x, y, z in ((2, 2, 2), (4, 2, 4), (4, 4, 4), (8, 8, 8))
+            for n in (2, 8, 16, 32)
+        )
+    )
+    return judged([View("occluder-box", materials="diffuse")], configurations)
+
+
+CONSTANTS = (
+    "default",
+    "wrap offset 0.2: query.wrap_offset=0.2",
+    "wrap of CTU: query.wrap=wrap",
+    "sharp wrap: query.wrap=sharp",
+    "bias scale 0.3: query.bias_scale=0.3",
+    "bias scale 1: query.bias_scale=1",
+    "bias of CTU: query.bias=ctu; query.bias_scale=0.25",
+    "bias of MFF: query.bias=mff; query.bias_scale=0.25",
+    "γ = 5: blend.gamma=5",
+    "no square-root blending: query.sqrt_blending=false",
+    "sharpness 20: blend.sharpness=20",
+    "sharpness 100: blend.sharpness=100",
+    "no crush: query.crush=0",
+    "Chebyshev exponent 1: query.chebyshev_exponent=1",
+    "visibility floor 0.05: query.visibility_floor=0.05",
+    "long distances rejected: blend.long_distances=reject",
+    "long distances kept: blend.long_distances=off",
+    "bilinear taps: gather.taps=bilinear",
+    "back faces at 0: gather.back_face_distance=0",
+    "lamps left to the field: direct.area=field",
+    "surroundings sampled: direct.environment=sampled",
+    "6² irradiance: volume.irradiance_size=6",
+    "16² irradiance: volume.irradiance_size=16",
+    "32² distance: volume.distance_size=32",
+    "64 rays: rays.per_probe=64",
+    "256 rays: rays.per_probe=256",
+    "4,096 probes: grid.budget=4096",
+)
+
+
+def constants() -> Any:
+    """Every constant on which the papers disagree, one changed at a time."""
+    views = (
+        *CLOSED,
+        View("room-with-door", "room", materials="diffuse", target=0.1),
+        View("two-rooms", materials="diffuse", target=0.1),
+        View("courtyard", target=0.2),
+        View("cathedral", target=0.2),
+        *(View(name, size=(192, 108), target=0.2) for name in ("staircase2", "veach-ajar")),
+    )
+    return judged(views, trials(*CONSTANTS))
+
+
+STUDIES: dict[str, Callable[[], Any]] = {
+    study.__name__: study for study in (quality, presets, ablation, maps, grids, constants)
+}
+
+
+def machine() -> dict[str, Any]:
+    """Where and with what something was measured."""
+    commit = subprocess.run(
+        ["git", "-C", str(HERE), "describe", "--always", "--dirty"],
+        capture_output=True,
+        text=True,
+        check=False,
+    ).stdout.strip()
+    return {
+        "commit": commit,
+        "processor": f"{platform.machine()}, {os.cpu_count()} CPUs",
+        "python": platform.python_version(),
+    } | {name: version(name) for name in ("mitsuba", "drjit")}
+
+
+@click.command()
+@click.argument("names", nargs=-1)
+def main(names: tuple[str, ...]) -> None:
+    """Run studies by name."""
+    if not names:
+        for name, study in STUDIES.items():
+            print(f"{name:<10} {study.__doc__}")
+    for name in STUDIES if names == ("all",) else names:
+        if name not in STUDIES:
+            raise click.UsageError(f"no study {name!r}: there are {', '.join(STUDIES)}")
+        RESULTS.mkdir(exist_ok=True)
+        found = {"machine": machine(), "rows": STUDIES[name]()}
+        (RESULTS / f"{name}.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
+
+
+if __name__ == "__main__":
+    main()
