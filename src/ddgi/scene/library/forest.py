@@ -24,7 +24,7 @@ HALF = 18.0
 EYE = 1.65
 """Of a walker above the ground [m]."""
 
-GLADE = (5.0, -3.5, 5.0)
+GLADE = (5.0, -4.5, 6.5)
 """A place without trees: its middle along x and z, and its radius [m]."""
 
 _FAR = 34.0  # half the edge of the wood [m]
@@ -147,7 +147,9 @@ def _tree_places(low: float, high: float, spacing: float, seed: int) -> Array:
 
 def _shrub_places() -> Array:
     """(N, 2) x and z of shrubs, most of them far away, where they close the view between the trunks [m]."""
-    return np.concatenate([_scattered(26, HALF, 16, 3.0), _tree_places(HALF - 2, _FAR, 4.4, 17)])
+    near = _scattered(36, HALF, 16, 3.0)
+    near = near[np.hypot(*(near - GLADE[:2]).T) > GLADE[2] + 3.0]
+    return np.concatenate([near, _tree_places(HALF - 2, _FAR, 4.4, 17)])
 
 
 def _trees() -> tuple[list[Triangles], list[Triangles]]:
@@ -242,8 +244,8 @@ def _cameras() -> dict[str, Any]:
 
     along = float(np.asarray(_path_z(-9.5)))
     return {
-        "path": camera(standing(-9.5, along), (1.0, 1.9, 0.6), fov=70),
+        "path": camera(standing(-9.5, along), (1.0, 1.9, -1.6), fov=70),
         "glade": camera(standing(-1.2, -0.6), (6.5, 1.2, -4.6), fov=74),
         "crowns": camera(standing(-4.0, float(np.asarray(_path_z(-4.0)))), (1.0, 9.0, -2.0), fov=80),
-        "overview": camera((-17.0, 27.0, 21.0), (2.5, 0.0, -1.5), fov=56),
+        "overview": camera((-13.0, 27.0, 10.0), (4.0, 0.0, -4.0), fov=60),
     }
