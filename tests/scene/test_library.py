@@ -6,6 +6,7 @@ import ast
 from functools import cache
 from pathlib import Path
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -101,10 +102,11 @@ class TestEveryScene:
             if near > 1:
                 continue  # cuts into solids on purpose
             centre = np.array(sensor.world_transform().translation()).ravel()
-            hit = built(name)[1].ray_intersect(rays(centre, directions(256)))
+            ray = rays(centre, directions(256))
+            hit = built(name)[1].ray_intersect(ray)
             distance = np.array(hit.t)
             assert np.min(distance) > 0.1, sensor.id()
-            back = np.array(mi.Frame3f.cos_theta(hit.wi) < 0) & np.array(hit.is_valid())
+            back = np.array(dr.dot(hit.n, ray.d) > 0) & np.array(hit.is_valid())
             sheets = np.array(mi.has_flag(hit.bsdf().flags(), mi.BSDFFlags.BackSide))
             assert not (back & ~sheets).any(), sensor.id()
 
@@ -201,13 +203,156 @@ def test_courtyard_is_large_and_sunny() -> None:
     assert bright > 3 * dim > 0
 
 
+def standing(names: list[str], scene: mi.Scene, hit: mi.SurfaceInteraction3f) -> np.ndarray:
+    """(N,) whether a ray has met nothing, or a shape of one of these names."""
+    found = ~np.array(hit.is_valid())
+    for shape in scene.shapes():
+        if shape.id() in names:
+            found |= np.array(hit.shape == mi.ShapePtr(shape))
+    return found
+
+
+class TestCathedral:
+    SUN = np.array([0.34, 1.0, 0.45])
+
+    def test_is_large(self) -> None:
+        _, scene = built("cathedral")
+        assert 60_000 < triangles(scene) < 400_000
+        cameras = [sensor.id() for sensor in scene.sensors()]
+        assert cameras == ["nave", "aisle", "choir", "vault", "outside"]
+
+    def test_sun_reaches_the_nave_through_its_windows_alone(self) -> None:
+        from ddgi.scene.library import cathedral
+
+        _, scene = built("cathedral")
+        half, rng = cathedral.HALF_NAVE - 0.3, np.random.default_rng(0)
+        points = rng.uniform((-14, 0.05, -half), (14, 1.5, half), (40_000, 3))
+        ray = mi.Ray3f(mi.Point3f(points.T.astype(np.float32)), mi.Vector3f(self.SUN.tolist()))
+        lit = ~np.array(scene.ray_test(ray))
+        assert 0.01 < lit.mean() < 0.15
+        # Where the light comes through the wall at +z, there is a window, or one of the apse.
+        in_nave = points[lit & (points[:, 0] < 8)]
+        away = (cathedral.HALF_NAVE + 0.35 - in_nave[:, 2]) / self.SUN[2]
+        through = in_nave + away[:, None] * self.SUN
+        beside = np.abs((through[:, 0] % cathedral.BAY) - cathedral.BAY / 2)
+        assert (beside < 1.05).all()
+        assert ((through[:, 1] > 8.5) & (through[:, 1] < 12.4)).all()
+
+    def test_is_lit_by_what_bounces_in(self) -> None:
+        _, scene = built("cathedral")
+        inside = np.array([-5.0, 4.0, 0.0])
+        once, often = (radiance(scene, inside, directions(20_000), depth=depth).mean() for depth in (2, 12))
+        assert often > 1.5 * once > 0
+
+    def test_walls_have_no_cracks(self) -> None:
+        """From inside, rays leave only at the height of windows."""
+        _, scene = built("cathedral")
+        for place in ((-5.0, 4.0, 0.0), (14.0, 3.0, 0.0), (3.0, 2.0, -6.2), (-13.0, 12.0, 1.0)):
+            ways = directions(40_000)
+            hit = scene.ray_intersect(rays(np.array(place), ways))
+            gone = standing(["ground", "roof"], scene, hit)
+            assert 0 < gone.mean() < 0.15
+            # All windows lie in walls: straight up and straight down everything is closed.
+            assert np.abs(ways[gone, 1]).max() < 0.95
+
+
+class TestForest:
+    @staticmethod
+    def sky_share(scene: mi.Scene, x: np.ndarray, z: np.ndarray) -> float:
+        """Share of the upper hemisphere where eyes at (x, z) see the sky."""
+        from ddgi.scene.library import forest
+
+        eyes = np.stack([x, forest.ground_height(x, z) + forest.EYE, z], 1)
+        ways = directions(len(eyes))
+        ways[:, 1] = np.abs(ways[:, 1])
+        ray = mi.Ray3f(mi.Point3f(eyes.T.astype(np.float32)), mi.Vector3f(ways.T.astype(np.float32)))
+        return float(1 - np.array(scene.ray_test(ray)).mean())
+
+    def test_is_large(self) -> None:
+        _, scene = built("forest")
+        assert 100_000 < triangles(scene) < 1_000_000
+        assert [sensor.id() for sensor in scene.sensors()] == ["path", "glade", "crowns", "overview"]
+
+    def test_leaves_hide_most_of_the_sky(self) -> None:
+        from ddgi.scene.library import forest
+
+        _, scene = built("forest")
+        rng = np.random.default_rng(0)
+        x, z = rng.uniform(-15, 15, (2, 20_000))
+        below = self.sky_share(scene, x, z)
+        assert 0.05 < below < 0.35
+        angle, reach = rng.uniform(0, 2 * np.pi, 20_000), rng.uniform(0, 1.5, 20_000)
+        gx, gz, _ = forest.GLADE
+        assert self.sky_share(scene, gx + reach * np.cos(angle), gz + reach * np.sin(angle)) > 1.3 * below
+
+    def test_leaves_have_two_sides(self) -> None:
+        for shape in built("forest")[1].shapes():
+            if shape.id().startswith(("leaves", "ferns", "grass", "litter")):
+                assert mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.BackSide), shape.id()
+
+    def test_everything_stands_on_the_ground(self) -> None:
+        from ddgi.scene.library import forest
+
+        shapes = {shape.id(): shape for shape in built("forest")[1].shapes()}
+        for name in ("bark", "ferns", "stones"):
+            assert float(shapes[name].bbox().min.y) < float(forest.ground_height(0.0, 0.0)) + 0.5
+
+
+class TestLivingRoom:
+    INSIDE = ((0.0, 1.2, 0.5), (2.5, 0.6, -1.8), (-2.0, 2.2, 1.5), (-1.5, 1.4, -2.2))
+
+    def test_is_large(self) -> None:
+        _, scene = built("living-room")
+        assert 50_000 < triangles(scene) < 300_000
+        assert [sensor.id() for sensor in scene.sensors()] == ["room", "books", "reflection", "sideboard"]
+
+    @pytest.mark.parametrize("place", INSIDE)
+    def test_light_leaves_through_the_windows_alone(self, place: tuple[float, float, float]) -> None:
+        from ddgi.scene.library import living_room as room
+
+        _, scene = built("living-room")
+        ways = directions(100_000)
+        hit = scene.ray_intersect(rays(np.array(place), ways))
+        gone = standing(["ground", "hedge"], scene, hit)
+        assert 0.005 < gone.mean() < 0.5
+        out = ways[gone]
+        assert (out[:, 2] < 0).all()
+        for depth in (0.0, room.WALL):
+            through = np.array(place) + ((-room.HALF[1] - depth - place[2]) / out[:, 2])[:, None] * out
+            beside = np.abs(through[:, :1] - np.array(room.WINDOWS)).min(1)
+            assert (beside < room.HALF_WINDOW + 2e-3).all()
+            assert ((through[:, 1] > room.SILL - 1e-3) & (through[:, 1] < room.HEAD + 1e-3)).all()
+
+    def test_sun_and_both_lamps_light_it(self) -> None:
+        _, scene = built("living-room")
+        assert sum(emitter.get_shape() is not None for emitter in scene.emitters()) == 4  # bulbs and shades
+        floor = np.random.default_rng(0).uniform((-3.4, 0.05, -2.4), (3.4, 0.05, 2.4), (20_000, 3))
+        ray = mi.Ray3f(mi.Point3f(floor.T.astype(np.float32)), mi.Vector3f(-0.42, 0.80, -0.85))
+        assert 0.03 < 1 - np.array(scene.ray_test(ray)).mean() < 0.3
+
+    def test_mirror_is_metal(self) -> None:
+        from ddgi import load_scene
+
+        scene = load_scene("living-room", size=(16, 9))
+        surface = np.array(scene.materials.surface).reshape(-1, 4)
+        metallic, alpha = surface[scene.shapes["mirror"], :2]
+        assert metallic == 1
+        assert alpha < 0.1
+        assert surface[scene.shapes["walls"], 0] == 0
+
+
 class TestSolids:
     """Every generator of solids: watertight, wound outwards, with normals that agree."""
 
     @staticmethod
     def solids() -> dict[str, tuple[object, float | None]]:
         from ddgi.scene.library import geometry as g
+        from ddgi.scene.library import rounded, vaulting
 
+        turn = np.linspace(0, np.pi / 2, 65)
+        bow = np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1)
+        half_dome = 1 / 3 * np.pi * (1.2**3 - 1)
+        wall = vaulting.windowed_wall((-2, 2), (0, 3), (-0.3, 0), [-1, 1], (0.3, 0.4), (1, 0.9), 2, step=0.2)
         half_round = np.array([(0.1, 0.0), (0.1, 0.0), (0.05, 0.05), (0.0, 0.0), (0.0, 0.0)])
         return {
             "box": (g.box((0, 0, 0), (1, 2, 3)), 6.0),
@@ -222,6 +367,20 @@ class TestSolids:
                 g.merge([g.box((0, 0, 0), (1, 1, 1)), g.moved(g.cylinder(1, 1, 96), (5, 0, 0))]),
                 1 + np.pi,
             ),
+            # A box less wide by the radius all around, its sides, a quarter round along every edge, a ball.
+            "rounded": (
+                rounded.rounded_box((0, 0, 0), (1, 2, 3), 0.1, 8),
+                0.8 * 1.8 * 2.8
+                + 0.2 * (0.8 * 1.8 + 1.8 * 2.8 + 2.8 * 0.8)
+                + 0.01 * np.pi * (0.8 + 1.8 + 2.8)
+                + 0.004 / 3 * np.pi,
+            ),
+            "cushion": (rounded.cushion((1.0, 0.5, 0.7), power=2.0, cells=48), 4 / 3 * np.pi * 0.35),
+            "tube": (rounded.tube(bow, 0.1, 64), 0.01 * np.pi * np.pi / 2),
+            "windows": (wall, None),
+            "bent": (vaulting.bent(wall, 2.0), None),
+            "vault": (vaulting.groin_vault([-1.0, 1.0], (1.0, 1.0), 0.0, 1.0, 1.5), None),
+            "half dome": (vaulting.half_dome(1.0, 1.2, 48), half_dome),
             "turned": (g.turned(g.box((0, 0, 0), (1, 2, 3)), 30), 6.0),
         }
 

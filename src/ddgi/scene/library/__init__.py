@@ -32,6 +32,11 @@ BUILT_IN: dict[str, BuiltIn] = {
         _built_in("house", "house", "house in the sun: one room open, one sealed and black (leak test)"),
         _built_in("two-rooms", "two_rooms", "two rooms and a doorway, a lamp in only one of them"),
         _built_in("courtyard", "courtyard", "arcaded court with curtains in the sun, over 200,000 triangles"),
+        _built_in(
+            "cathedral", "cathedral", "vaulted church in the sun, lit almost wholly by what bounces in"
+        ),
+        _built_in("forest", "forest", "broad-leaved wood with a glade, where probes are known to fail"),
+        _built_in("living-room", "living_room", "furnished room with two lamps, sunny windows and a mirror"),
     )
 }
 """Every built-in scene by name."""
