@@ -55,7 +55,9 @@ def main() -> None:
     for name in SCENES:
         scene = load(name)
         reference = make_reference(scene, scene.camera, TARGET, most_seconds=120)
-        means = np.array([[[float(f"{c:.5g}") for c in px] for px in row] for row in region_means(reference.picture)])
+        means = np.array(
+            [[[float(f"{c:.5g}") for c in px] for px in row] for row in region_means(reference.picture)]
+        )
         noise = difference(*(region_means(half).astype(np.float32) for half in reference.halves)).flip_mean
         kept[name] = {
             "spp": reference.spp,
@@ -63,7 +65,6 @@ def main() -> None:
             "flip_mean": round(error(name, means), 4),
             "means": means.tolist(),
         }
-        print(name, {k: v for k, v in kept[name].items() if k != "means"}, flush=True)
     KEPT.write_text(json.dumps(kept, separators=(",", ":")).replace('},"', '},\n"') + "\n")
 
 

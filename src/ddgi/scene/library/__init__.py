@@ -32,6 +32,14 @@ BUILT_IN: dict[str, BuiltIn] = {
         _built_in("house", "house", "house in the sun: one room open, one sealed and black (leak test)"),
         _built_in("two-rooms", "two_rooms", "two rooms and a doorway, a lamp in only one of them"),
         _built_in("courtyard", "courtyard", "arcaded court with curtains in the sun, over 200,000 triangles"),
+        _built_in("color-boxes", "color_boxes", "closed box, two coloured objects, a spotlight (CTU 7.4)"),
+        _built_in("occluder-box", "occluder_box", "closed white box, two occluders, a spotlight (CTU 7.1)"),
+        _built_in(
+            "ceiling-hole", "ceiling_hole", "room lit through its ceiling, a corner in shadow (CTU 7.3)"
+        ),
+        _built_in("room-with-door", "room_with_door", "closed rooms and a small door (leak test, CTU 7.1)"),
+        _built_in("dragon-box", "dragon_box", "white box lit by what bounces off a red dragon (BLOG)"),
+        _built_in("statue-box", "statue_box", "statue lit by an orange and a cyan wall alone (BLOG)"),
         _built_in(
             "cathedral", "cathedral", "vaulted church in the sun, lit almost wholly by what bounces in"
         ),

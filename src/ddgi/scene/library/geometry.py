@@ -339,3 +339,24 @@ def wall_with_opening(low: Point, high: Point, opening: tuple[float, float], hea
     lintel_low[along], lintel_high[along] = opening
     lintel_low[1] = head
     return [box(low, left_high), box(right_low, high), box(lintel_low, lintel_high)]
+
+
+def shell(low: Point, high: Point, wall: float) -> dict[str, Triangles]:
+    """Six solid slabs that close a box of air between two corners, by name: seen from +z, +y up.
+
+    The floor and ceiling run on over the walls, and left and right over back and front: no cracks.
+
+    Args:
+        low: Lower corner of the air [m].
+        high: Upper corner of the air [m].
+        wall: Thickness of the slabs [m].
+    """
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    return {
+        "floor": box((x0 - wall, y0 - wall, z0 - wall), (x1 + wall, y0, z1 + wall)),
+        "ceiling": box((x0 - wall, y1, z0 - wall), (x1 + wall, y1 + wall, z1 + wall)),
+        "left": box((x0 - wall, y0, z0 - wall), (x0, y1, z1 + wall)),
+        "right": box((x1, y0, z0 - wall), (x1 + wall, y1, z1 + wall)),
+        "back": box((x0, y0, z0 - wall), (x1, y1, z0)),
+        "front": box((x0, y0, z1), (x1, y1, z1 + wall)),
+    }

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ddgi.scene.library.geometry import Array, Point, Triangles, grid, merge, smooth, swept, welded
+from ddgi.scene.library import sculpting
+from ddgi.scene.library.geometry import Array, Point, Triangles, grid, merge, smooth, welded
 
 
 def rounded_box(low: Point, high: Point, radius: float, steps: int = 2) -> Triangles:
@@ -69,11 +70,8 @@ def tube(path: Array, radius: Array | float, sides: int = 8) -> Triangles:
         before = before - (before @ direction) * direction
         before /= np.linalg.norm(before)
         across[i] = before
-    beside = np.cross(along, across)
-    angle = 2 * np.pi * np.arange(sides)[:, None, None] / sides
-    around = np.cos(angle) * across + np.sin(angle) * beside
-    size = np.broadcast_to(radius, len(path))[None, :, None]
-    return smooth(swept(path + size * around))
+    radii = np.broadcast_to(np.asarray(radius, float), len(path))
+    return sculpting.tube(path, radii, across, sides=sides)
 
 
 def _cube_faces(axes: list[Array]) -> list[Array]:
