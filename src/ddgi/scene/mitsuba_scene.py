@@ -88,7 +88,7 @@ def import_scene(
         triangles=geometry.triangles,
         shapes=geometry.names,
         notes=notes.lines(),
-        source=tree.state,
+        parsed=tree.state,
     )
 
 
