@@ -71,6 +71,7 @@ def test_figures_on_stdout(run, tmp_path):
         ["--point", "0,0,0,1,1,1", "--point", "-0.5,0,0,1,0,0"],
         ["--spot", "0,0.9,0,0,-1,0,5,5,5,40", "--spot", "0,0,0.9,0,0,-1,1,1,1,20"],
         ["--preset", "mff", "--set", "gather.path_length=2"],
+        ["--materials", "diffuse"],
     ],
 )
 def test_options_are_understood(run, tmp_path, options):
@@ -213,6 +214,7 @@ def test_bad_pictures_are_one_line(refused, tmp_path):
         ["render", "cornell", "-o", "a.png", "--spot", "0,0,0,0,0,0,1,1,1,30"],
         ["render", "cornell", "-o", "a.png", "--spot", "0,0,0,0,1,0,1,1,1,120"],
         ["render", "cornell", "-o", "a.png", "--backend", "metal"],
+        ["render", "cornell", "-o", "a.png", "--materials", "glass"],
         ["render", "cornell", "-o", "a.png", "--nonsense"],
     ],
 )
@@ -337,3 +339,10 @@ def test_quick_work_shows_no_progress():
     with Progress(text.append, True) as progress:
         progress.phase("working")
     assert text == []
+
+
+def test_materials_reach_the_scene():
+    assert SceneRequest(materials="diffuse").arguments() == ["--materials=diffuse"]
+    notes = SceneRequest(materials="diffuse").open("cornell-point").notes
+    assert any("taken as diffuse" in note for note in notes)
+    assert not any("taken as diffuse" in note for note in SceneRequest().open("cornell-point").notes)

@@ -81,6 +81,15 @@ def test_the_source_renders_as_the_reference(tmp_path):
     assert built.environment() is not None  # the daylight it was given
 
 
+def test_the_source_can_be_built_again():
+    """Mitsuba puts what it built in the place of what was parsed: each reader gets a copy."""
+    scene = load(mi.cornell_box())
+    config = mi.parser.ParserConfig(mi.variant())
+    first, second = (mi.parser.instantiate(config, scene.source) for _ in range(2))
+    assert len(first.shapes()) == len(second.shapes()) == 8
+    assert first.shapes()[0] is not second.shapes()[0]
+
+
 def test_what_is_ours_cannot_stop_a_scene(tmp_path):
     body = """
     <integrator type="sppm"><float name="magic" value="3"/></integrator>

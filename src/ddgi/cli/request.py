@@ -28,6 +28,7 @@ class SceneRequest:
     env: Path | None = None
     point: tuple[Numbers, ...] = ()  # position, intensity
     spot: tuple[Numbers, ...] = ()  # position, target, intensity, cutoff angle
+    materials: str = "full"
 
     def open(self, source: str) -> Scene:
         """Load a scene as asked for."""
@@ -45,6 +46,7 @@ class SceneRequest:
             sky=self.sky,
             env=self.env,
             lights=[*map(_point_light, self.point), *map(_spot_light, self.spot)],
+            materials=self.materials,
         )
         if self.look is not None:
             scene = replace(scene, cameras=(_looking(scene, self.look), *scene.cameras))

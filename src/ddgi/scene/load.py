@@ -16,6 +16,7 @@ from ddgi.scene.camera import Camera, with_size
 from ddgi.scene.daylight import AddedLights
 from ddgi.scene.scene import Scene
 
+MATERIALS = ("full", "diffuse")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -29,6 +30,7 @@ def load_scene(
     sky: str | Sequence[float] | None = None,
     env: str | Path | None = None,
     lights: Sequence[dict[str, Any]] = (),
+    materials: str = "full",
 ) -> Scene:
     """Load a scene.
 
@@ -46,6 +48,9 @@ def load_scene(
             [W/(m^2 sr)] of an even one. Takes the place of the scene's environment.
         env: An `.hdr` or `.exr` picture of the surroundings, latitude by longitude; likewise.
         lights: Point, spot and directional lights to add, each a dictionary as for `mi.load_dict`.
+        materials: "full", or "diffuse" for a comparison: every surface is Lambertian with the albedo
+            that the field uses, and glass is gone, here and in the scene's `source`. Shapes handed
+            over as Mitsuba objects keep their Lambertian BSDF afterwards.
 
     Returns:
         The scene. A scene without any light gets a clear sky with its sun, and a note that says so.
@@ -57,19 +62,10 @@ def load_scene(
     """
     if not isinstance(source, (str, Path, dict)):
         raise SceneError(f"a scene is a name, a path or a dictionary, not {source!r}")
+    if materials not in MATERIALS:
+        raise SceneError(f"materials must be {' or '.join(MATERIALS)}, not {materials!r}")
     use_backend()
-    from ddgi.scene.mitsuba_scene import import_scene
-    from ddgi.scene.plugin_tree import PluginTree, searching
-
-    added = AddedLights(sun, sky, env, tuple(lights))
-    axis = None if up is None else _direction(up)
-    if isinstance(source, dict):
-        scene = import_scene(PluginTree.parse(source), "scene", added=added, up=axis)
-    elif (path := _file(source)) is None:
-        scene = _built_in(str(source), added, axis)
-    else:
-        with searching(path.parent):
-            scene = import_scene(PluginTree.parse(path), _name(path), added=added, up=axis)
+    scene = _imported(source, AddedLights(sun, sky, env, tuple(lights)), up, materials == "diffuse")
     if isinstance(camera, Camera):
         scene = replace(scene, cameras=(camera, *scene.cameras))
     elif camera is not None:
@@ -82,7 +78,25 @@ def load_scene(
     return scene
 
 
-def _built_in(name: str, added: AddedLights, up: np.ndarray | None) -> Scene:
+def _imported(
+    source: str | Path | dict[str, Any],
+    added: AddedLights,
+    up: str | Sequence[float] | None,
+    diffuse: bool,
+) -> Scene:
+    from ddgi.scene.mitsuba_scene import import_scene
+    from ddgi.scene.plugin_tree import PluginTree, searching
+
+    axis = None if up is None else _direction(up)
+    if isinstance(source, dict):
+        return import_scene(PluginTree.parse(source), "scene", added=added, up=axis, diffuse=diffuse)
+    if (path := _file(source)) is None:
+        return _built_in(str(source), added, axis, diffuse)
+    with searching(path.parent):
+        return import_scene(PluginTree.parse(path), _name(path), added=added, up=axis, diffuse=diffuse)
+
+
+def _built_in(name: str, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.library import BUILT_IN
     from ddgi.scene.mitsuba_scene import import_scene
     from ddgi.scene.plugin_tree import PluginTree
@@ -90,8 +104,9 @@ def _built_in(name: str, added: AddedLights, up: np.ndarray | None) -> Scene:
     if name not in BUILT_IN:
         raise SceneError(f"no scene {name!r}: give a .xml file or one of {', '.join(sorted(BUILT_IN))}")
     blueprint = BUILT_IN[name].build()
+    tree = PluginTree.parse(blueprint.description)
     up = np.array(AXES["y"]) if up is None else up
-    return import_scene(PluginTree.parse(blueprint.description), name, added=added, up=up, box=blueprint.box)
+    return import_scene(tree, name, added=added, up=up, box=blueprint.box, diffuse=diffuse)
 
 
 def _file(source: str | Path) -> Path | None:

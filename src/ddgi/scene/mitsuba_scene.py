@@ -13,6 +13,7 @@ from ddgi.errors import SceneError
 from ddgi.scene.camera import Camera
 from ddgi.scene.daylight import AddedLights, default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
+from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree, one_line
@@ -33,6 +34,7 @@ def import_scene(
     added: AddedLights,
     up: np.ndarray | None = None,
     box: Box | None = None,
+    diffuse: bool = False,
 ) -> Scene:
     """Build the scene that a plugin tree describes.
 
@@ -42,6 +44,7 @@ def import_scene(
         added: Lights to add.
         up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
         box: Box of interest [m]; by default the bounding box of the geometry.
+        diffuse: Make every surface Lambertian, in the tree as well.
 
     Raises:
         SceneError: An element cannot be used; the message names it.
@@ -57,6 +60,9 @@ def import_scene(
         tree.graft(added.description(up), "added by the caller")
 
     geometry, emitters = _read(tree, name, notes)
+    if diffuse:
+        geometry = make_lambertian(tree, geometry)
+        notes.add("every surface taken as diffuse, in the path-traced picture as well")
     if not (geometry.area_lights or emitters.delta or emitters.environment):
         notes.add("no light in the scene: sky and sun added")
         for index in tree.graft(default_daylight().description(up), "added for want of light"):
@@ -82,7 +88,7 @@ def import_scene(
         triangles=geometry.triangles,
         shapes=geometry.names,
         notes=notes.lines(),
-        source=tree.state,
+        parsed=tree.state,
     )
 
 

@@ -114,8 +114,27 @@ class PluginTree:
         """Remove one child or property."""
         del self.properties(parent)[key]
 
+    def refer(self, parent: int, key: str, child: int) -> None:
+        """Make a node the child of another."""
+        self.properties(parent)[key] = mi.Properties.ResolvedReference(child)
+
     def graft(self, description: dict[str, Any], origin: str) -> list[int]:
         """Add plugins to the scene; return the numbers of the outermost ones.
+
+        Args:
+            description: Plugins by name, as inside a scene dictionary.
+            origin: Where they come from, for messages.
+
+        Raises:
+            SceneError: It is malformed.
+        """
+        top = list(self.append(description, origin).values())
+        for index in top:
+            self.refer(0, f"_added_{index}", index)
+        return top
+
+    def append(self, description: dict[str, Any], origin: str) -> dict[str, int]:
+        """Add plugins that nothing refers to yet; return the numbers of the outermost ones by name.
 
         Args:
             description: Plugins by name, as inside a scene dictionary.
@@ -129,19 +148,16 @@ class PluginTree:
             mi.parser.transform_all(self._config, other)
         except Exception as error:
             raise SceneError(f"{origin}: {one_line(error)}") from error
-        offset, reference = len(self.state.nodes) - 1, mi.Properties.ResolvedReference
+        offset = len(self.state.nodes) - 1
         for node in list(other.nodes)[1:]:
             copy = mi.parser.SceneNode(node)
             copy.file_index = 0
             for key in list(copy.props.keys()):
                 if copy.props.type(key) == mi.Properties.Type.ResolvedReference:
-                    copy.props[key] = reference(copy.props[key].index() + offset)
+                    copy.props[key] = mi.Properties.ResolvedReference(copy.props[key].index() + offset)
             self.state.nodes.append(copy)
             self._added[len(self.state.nodes) - 1] = origin
-        top = [child + offset for _, child in PluginTree(other, self._config).children(0)]
-        for index in top:
-            self.state.nodes[0].props[f"_added_{index}"] = reference(index)
-        return top
+        return {key: child + offset for key, child in PluginTree(other, self._config).children(0)}
 
     # Building ---------------------------------------------------------------------------------------
 

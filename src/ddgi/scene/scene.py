@@ -34,9 +34,7 @@ class Scene:
     triangles: int
     shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
     notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
-    source: Any = (
-        None  # Mitsuba's parsed scene, all materials and lights in it: build it with `mi.parser.instantiate`
-    )
+    parsed: Any = None  # Mitsuba's parsed scene, all materials and lights in it; never built itself: `source`
 
     def __repr__(self) -> str:
         cameras = ", ".join(c.name for c in self.cameras)
@@ -51,6 +49,14 @@ class Scene:
             return self.box
         first, last = np.minimum(low, self.box[0]), np.maximum(high, self.box[1])
         return tuple(first.tolist()), tuple(last.tolist())
+
+    @property
+    def source(self) -> Any:
+        """Mitsuba's parsed scene, to build with `mi.parser.instantiate`; None if there is none.
+
+        A copy, as building empties it: what it referred to is replaced by what was built.
+        """
+        return None if self.parsed is None else mi.parser.ParserState(self.parsed)
 
     @property
     def tracer(self) -> MeshTracer:

@@ -27,6 +27,8 @@ class Geometry:
 
     traced: list[tuple[str, Any]] = field(default_factory=list)  # name, shape; groups before their instances
     rows: dict[int, Row] = field(default_factory=dict)  # by registry number
+    owners: dict[int, int | mi.Shape] = field(default_factory=dict)  # of a row: its shape's node, or object
+    left_out: list[tuple[int, str]] = field(default_factory=list)  # parent and key of what rays do not meet
     names: dict[str, int] = field(default_factory=dict)  # shape name -> registry number
     area_lights: list[mi.Emitter] = field(default_factory=list)
     triangles: int = 0
@@ -47,12 +49,13 @@ class ShapeReader:
         self._used: set[str] = set()
         self.geometry = Geometry()
 
-    def add(self, child: int | mi.Shape, name: str) -> None:
+    def add(self, child: int | mi.Shape, name: str, parent: int = 0) -> None:
         """Take one shape of the scene in.
 
         Args:
             child: Node number, or a shape that came as an object.
-            name: Its key in the scene, used where it has no id.
+            name: Its key in the node that holds it, used where it has no id.
+            parent: That node; by default the scene.
 
         Raises:
             SceneError: It cannot be built, or holds what cannot be traced; says which element.
@@ -62,13 +65,15 @@ class ShapeReader:
             if plugin == "shapegroup":
                 return  # built with the first instance that shows it
             if plugin == "instance":
-                self._add_instance(child, name)
+                self._add_instance(child, name, parent)
                 return
             if plugin == "merge":
                 self._add_members(child)
                 return
         shape = self._traced(child)
-        if shape is not None:
+        if shape is None:
+            self.geometry.left_out.append((parent, name))
+        else:
             self.geometry.triangles += shape.effective_primitive_count()
             self._list(shape, name)
 
@@ -76,7 +81,7 @@ class ShapeReader:
         """The shapes of a `merge`, each by itself."""
         for key, inner in self._tree.children(index):
             if not isinstance(inner, int) or self._tree.kind(inner) == mi.ObjectType.Shape:
-                self.add(inner, key)
+                self.add(inner, key, index)
 
     def _list(self, shape: mi.Shape, name: str) -> None:
         self.geometry.traced.append((self._named(shape, name), shape))
@@ -98,15 +103,18 @@ class ShapeReader:
             self.geometry.names[name] = _number(shape)
         return name
 
-    def _traced(self, child: int | mi.Shape) -> mi.Shape | None:
-        """The shape with its row entered; None if rays do not meet it."""
+    def _traced(self, child: int | mi.Shape, removable: bool = True) -> mi.Shape | None:
+        """The shape with its row entered; None if rays do not meet it.
+
+        A clear shape that cannot be removed has a row that lets all rays pass.
+        """
         shape = self._built(child) if isinstance(child, int) else child
         label = self._tree.label_of(shape)
         check_mesh(shape, label)
         if shape.class_name() in ("ShapeGroupPlugin", "Instance"):  # came as an object: rows only
             for inner in parts(shape).values():
                 if isinstance(inner, mi.Shape):
-                    self._traced(inner)
+                    self._traced(inner, removable=False)
             return shape
         if shape.is_mesh() and shape.face_count() == 0:
             self._notes.add(f"{label}: has no triangles, left out")
@@ -118,8 +126,10 @@ class ShapeReader:
             self.geometry.area_lights.append(shape.emitter())
         elif row.clear:
             self.geometry.clear_shapes += 1
-            return None
+            if removable:
+                return None
         self.geometry.rows[_number(shape)] = row
+        self.geometry.owners[_number(shape)] = child
         return shape
 
     def _built(self, index: int) -> mi.Shape:
@@ -152,9 +162,10 @@ class ShapeReader:
             return True
         return False
 
-    def _add_instance(self, index: int, name: str) -> None:
+    def _add_instance(self, index: int, name: str, parent: int) -> None:
         groups = [inner for _, inner in self._tree.children(index) if isinstance(inner, int)]
         if not all(self._group(group) for group in groups):
+            self.geometry.left_out.append((parent, name))
             return  # all of it was clear
         instance = self._tree.build(index)
         self.geometry.triangles += instance.effective_primitive_count()
@@ -168,6 +179,7 @@ class ShapeReader:
                 shape = self._traced(inner)
                 if shape is None:
                     left_out.add(inner)
+                    self.geometry.left_out.append((index, key))
                 else:
                     self._named(shape, key)
             self._groups[index] = len(left_out) < len(self._tree.children(index))
