@@ -14,6 +14,7 @@ from ddgi.scene.camera import Camera
 from ddgi.scene.daylight import AddedLights, default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.materials import MaterialReader, material_table
+from ddgi.scene.named_lights import name_lights
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.scene import Scene
@@ -81,6 +82,7 @@ def import_scene(
         box=box,
         triangles=geometry.triangles,
         shapes=geometry.names,
+        named_lights=name_lights(emitters, geometry),
         notes=notes.lines(),
         source=tree.state,
     )

@@ -1,0 +1,1 @@
+"""How a result is judged: against a reference, and over time."""
