@@ -76,7 +76,8 @@ def test_spot_falls_off_as_mitsuba_has_it(beam):
 
 
 def test_area_lights_are_emitters_of_the_traced_scene():
-    lamp = {"type": "rectangle", "emitter": {"type": "area", "radiance": rgb(1, 2, 3)}}
+    above = mi.ScalarTransform4f().translate([0, 0, 1])
+    lamp = {"type": "rectangle", "to_world": above, "emitter": {"type": "area", "radiance": rgb(1, 2, 3)}}
     hidden = {"type": "sphere", "bsdf": {"type": "dielectric"}}
     scene = load(a=lamp, b=lamp, glass=hidden)
     assert scene.lights.area_count == 2
