@@ -43,6 +43,41 @@ def test_render_writes_pictures_and_figures(run, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.exr", "a.json", "a.png"]
 
 
+SMALL = QUICK[:2] + QUICK[4:]
+"""QUICK for commands whose number of frames is part of what they measure."""
+
+
+def test_flicker_measures_and_shows_where(run, tmp_path):
+    figures, png, exr = tmp_path / "a.json", tmp_path / "a.png", tmp_path / "a.exr"
+    code, out, _ = run("flicker", "cornell-point", "--json", figures, "-o", png, *SMALL)
+    assert code == 0
+    found = json.loads(figures.read_text())
+    assert 0 < found["flicker_mean"] < found["flicker_max"] < 3
+    assert (found["frames"], found["warm_up"], found["hysteresis"]) == (50, 200, 0.97)
+    assert f"mean         {found['flicker_mean']:.5f}" in out
+    assert "the brightest yellow" in out.splitlines()[-1]
+    assert np.array(mi.Bitmap(str(png))).shape == (20, 24, 3)  # four rows of scale
+    assert run("flicker", "cornell-point", "-o", exr, *SMALL)[0] == 0
+    assert np.array(mi.Bitmap(str(exr))).mean() == pytest.approx(found["flicker_mean"], rel=1e-4)
+
+
+def test_respond_counts_frames(run, tmp_path):
+    faster = ["--set", "blend.hysteresis=0.8", "--set", "rays.per_probe=64"]
+    figures = tmp_path / "a.json"
+    code, out, _ = run(
+        "respond", "cornell-point", "--light", "point-light", "--json", figures, *SMALL, *faster
+    )
+    assert code == 0
+    found = json.loads(figures.read_text())
+    assert found["light"] == "point-light"
+    assert 11 < found["off_frames"] < 60  # one bounce takes 11
+    assert len(found["off_curve"]) == found["off_frames"] + 1
+    assert len(found["on_curve"]) == found["on_frames"] + 1
+    first, *lines = out.splitlines()
+    assert first.startswith("cornell-point, 24x16, light point-light: ")
+    assert lines[:2] == [f"off  {found['off_frames']}", f"on   {found['on_frames']}"]
+
+
 def test_same_seed_same_picture(run, tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         assert run("render", "cornell", "-o", tmp_path / f"{name}.exr", "--seed", seed, *QUICK)[0] == 0
@@ -105,7 +140,14 @@ def test_printed_preset_is_a_config(run, tmp_path):
 
 
 def test_help_and_version(run):
-    for arguments in (["--help"], ["render", "--help"], ["bench", "-h"], ["--version"]):
+    for arguments in (
+        ["--help"],
+        ["render", "--help"],
+        ["bench", "-h"],
+        ["flicker", "-h"],
+        ["respond", "-h"],
+        ["--version"],
+    ):
         code, out, err = run(*arguments)
         assert (code, err) == (0, "")
         assert "ddgi" in out
@@ -159,6 +201,12 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         ),
         (["render", "cornell", "-o", "a.png", "--set", "grid.box=[[0,0,0],[-1,1,1]]"], "box must be"),
         (["presets", "best"], "unknown preset"),
+        (["flicker", "cornell", "-o", "a.jpg"], "unknown kind of picture"),
+        (["flicker", "cornell", "--json", "none/a.json"], "there is no folder"),
+        (["flicker", "no-such-scene"], "no scene 'no-such-scene'"),
+        (["respond", "cornell", "--preset", "best"], "unknown preset"),
+        (["respond", "cornell", "--light", "sun"], "no light 'sun': there are light (area)"),
+        (["respond", "house", "--light", "1"], "no light '1': there are sun (directional)"),
         (["bench", "--preset", "best"], "unknown preset"),
     ],
 )
@@ -222,8 +270,16 @@ def test_misuse_is_one_line_and_code_two(refused, arguments):
     assert "--help" in refused(*arguments, code=2)
 
 
+def test_a_light_without_effect_is_one_line():
+    dark = ["--point", "0,0,0,0,0,0", "--light", "added-light-0"]
+    done = ddgi("respond", "cornell-point", *dark, *SMALL)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.splitlines()[-1].startswith("ddgi: error: light 'added-light-0' hardly changes")
+    assert "Traceback" not in done.stderr
+
+
 def test_no_command_is_misuse(refused):
-    assert "render, scenes, presets or bench" in refused(code=2)
+    assert "render, compare, flicker, respond, bench, scenes or presets" in refused(code=2)
 
 
 def test_debug_shows_the_traceback(run, tmp_path):

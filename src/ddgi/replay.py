@@ -39,9 +39,10 @@ class Replayed:
         try:
             return self._frozen(constants, *arguments, settings)
         except RuntimeError as error:
-            if "registry" not in str(error):
+            if "registry" not in f"{error} {error.__cause__}":
                 raise
-            # Another scene was loaded or dropped: Mitsuba's registry of objects is not what it was.
+            # Another scene was loaded or dropped: Mitsuba's registry of objects is not what it was. Or a
+            # lamp has a texture: its first recording fails over the registry, the next does not.
             self._frozen.clear()
             return self._frozen(constants, *arguments, settings)
 

@@ -7,8 +7,10 @@ import click
 from ddgi import __version__
 from ddgi.cli.bench import bench
 from ddgi.cli.compare import compare
+from ddgi.cli.flicker import flicker
 from ddgi.cli.listings import presets, scenes
 from ddgi.cli.render import render
+from ddgi.cli.respond import respond
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -17,5 +19,5 @@ def commands() -> None:
     """Light scenes with ray-traced irradiance probes (dynamic diffuse global illumination)."""
 
 
-for command in (render, scenes, presets, bench, compare):
+for command in (render, scenes, presets, compare, flicker, respond, bench):
     commands.add_command(command)

@@ -7,7 +7,7 @@ to the field (`lighting/direct.py`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -38,7 +38,9 @@ class Lights:
     area_count: int
     area_bounds: mi.Float  # (4 A,) sphere around each: centre x y z, radius [m]
     area_power: mi.Float  # (A,) emitted radiance times area, luminance [W/sr]
+    area_share: mi.Float  # (A,) what remains of the emitter's own output, >= 0: 0 off, 1 as it is
     environment: mi.Emitter | None  # constant or envmap, what rays that leave the scene see
+    environment_share: mi.Float  # (1,) likewise
 
 
 @dataclass
@@ -92,7 +94,8 @@ def from_delta(light: DeltaLight, position: mi.Point3f) -> LightSample:
 def area_light(lights: Lights, number: mi.UInt32, position, sample: mi.Point2f, active) -> LightSample:
     """A point on area emitter `number`, one of `lights.area_count`, picked by two uniform numbers."""
     emitter = dr.gather(mi.EmitterPtr, lights.area, number, active)
-    return _sample_emitter(emitter, position, sample, active)
+    out = _sample_emitter(emitter, position, sample, active)
+    return replace(out, power=out.power * dr.gather(mi.Float, lights.area_share, number, active))
 
 
 def pick_area_light(lights: Lights, position: mi.Point3f, u: mi.Float) -> tuple[mi.UInt32, mi.Float]:
@@ -138,7 +141,7 @@ def pick_area_light(lights: Lights, position: mi.Point3f, u: mi.Float) -> tuple[
 def environment_light(lights: Lights, position, sample: mi.Point2f, active) -> LightSample:
     """A direction to the environment, picked where it is bright."""
     out = _sample_emitter(lights.environment, position, sample, active)
-    return LightSample(out.direction, mi.Float(dr.inf), out.power)
+    return LightSample(out.direction, mi.Float(dr.inf), out.power * lights.environment_share)
 
 
 def _sample_emitter(emitter, position, sample, active) -> LightSample:
@@ -156,4 +159,5 @@ def environment_radiance(lights: Lights, direction: mi.Vector3f, active: mi.Bool
         return mi.Color3f(0)
     beyond = dr.zeros(mi.SurfaceInteraction3f, dr.width(direction))
     beyond.wi = -direction
-    return dr.select(active, mi.Color3f(lights.environment.eval(beyond, active)), mi.Color3f(0))
+    radiance = mi.Color3f(lights.environment.eval(beyond, active)) * lights.environment_share
+    return dr.select(active, radiance, mi.Color3f(0))

@@ -11,6 +11,7 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.lighting.lights import DIRECTIONAL, POINT, SPOT, DeltaLights, Lights
+from ddgi.own_memory import own
 from ddgi.scene import sky
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
@@ -23,6 +24,7 @@ from ddgi.scene.validate import check_finite, check_light
 class DeltaLight:
     """One point, spot or directional light. Units as in `DeltaLights`."""
 
+    name: str
     kind: int
     intensity: np.ndarray
     position: np.ndarray
@@ -31,6 +33,7 @@ class DeltaLight:
 
 
 ENVIRONMENTS = ("ConstantBackgroundEmitter", "EnvironmentMapEmitter", "SunskyEmitter", "TimedSunskyEmitter")
+KINDS = {"PointLight": "point", "SpotLight": "spot", "DirectionalEmitter": "directional"}
 ORIGIN, DOWN = np.zeros(3), np.array([0.0, -1.0, 0.0])
 RINGING_SHARE = 0.01
 """Of an environment picture's values: more negative ones than this are no undershoot but a mistake."""
@@ -47,6 +50,7 @@ class EmitterReader:
         self._notes = notes
         self.delta: list[DeltaLight] = []
         self.environment: mi.Emitter | None = None
+        self.environment_name = ""
 
     def add(self, emitter: mi.Emitter) -> None:
         """Take one emitter in.
@@ -81,7 +85,7 @@ class EmitterReader:
 
     def _point(self, emitter: mi.Emitter) -> DeltaLight:
         position = np.array(mi.traverse(emitter)["position"]).ravel()
-        return DeltaLight(POINT, self._color(emitter, "intensity"), position, DOWN)
+        return DeltaLight(_name(emitter), POINT, self._color(emitter, "intensity"), position, DOWN)
 
     def _spot(self, emitter: mi.Emitter) -> DeltaLight:
         if parts(emitter)["texture"].is_spatially_varying():
@@ -90,16 +94,17 @@ class EmitterReader:
         parameters = mi.traverse(emitter)
         cutoff, beam = (np.radians(float(parameters[k][0])) for k in ("cutoff_angle", "beam_width"))
         cone = (cutoff, 1 / max(cutoff - beam, NARROWEST_RIM))
-        return DeltaLight(SPOT, self._color(emitter, "intensity"), matrix[:3, 3], _unit(matrix[:3, 2]), cone)
+        intensity, direction = self._color(emitter, "intensity"), _unit(matrix[:3, 2])
+        return DeltaLight(_name(emitter), SPOT, intensity, matrix[:3, 3], direction, cone)
 
     def _directional(self, emitter: mi.Emitter) -> DeltaLight:
         direction = _unit(_to_world(emitter)[:3, 2])
-        return DeltaLight(DIRECTIONAL, self._color(emitter, "irradiance"), ORIGIN, direction)
+        return DeltaLight(_name(emitter), DIRECTIONAL, self._color(emitter, "irradiance"), ORIGIN, direction)
 
     def _set_environment(self, emitter: mi.Emitter) -> None:
         if self.environment is not None:
             raise SceneError(f"{self._tree.label_of(emitter)}: the scene has another environment already")
-        label, kind = self._tree.label_of(emitter), emitter.class_name()
+        label, kind, name = self._tree.label_of(emitter), emitter.class_name(), _name(emitter)
         if kind == "ConstantBackgroundEmitter":
             self._color(emitter, "radiance")
         elif kind == "EnvironmentMapEmitter":
@@ -109,13 +114,13 @@ class EmitterReader:
             direction, irradiance = sky.sun(emitter)
             check_light(irradiance, f"{label}: the sun")
             if irradiance.any():
-                self.delta.append(DeltaLight(DIRECTIONAL, irradiance, ORIGIN, direction))
+                self.delta.append(DeltaLight(f"{name}-sun", DIRECTIONAL, irradiance, ORIGIN, direction))
             emitter = sky.bake_sky(emitter)
             check_light(mi.traverse(emitter)["data"].numpy(), f"{label}: the sky")
         else:
             self._notes.add(f"{label}: baked as it is, sun included")
             emitter = sky.bake(emitter)
-        self.environment = emitter
+        self.environment, self.environment_name = emitter, name
 
     def _remove_ringing(self, emitter: mi.Emitter, label: str) -> None:
         """Check a picture's texels; make the few negative ones black, here and in the parsed scene.
@@ -152,7 +157,7 @@ def make_lights(
         table = np.zeros((max(len(rows), 1), width), np.float32)  # frozen kernels take no empty arrays
         for line, row in zip(table, rows, strict=False):
             line[: len(row)] = row
-        return mi.Float(table.ravel())
+        return own(table)
 
     pointers = None
     if area:
@@ -170,8 +175,10 @@ def make_lights(
         area=pointers,
         area_count=len(area),
         area_bounds=columns([_bounding_sphere(emitter) for emitter in area], 4),
-        area_power=mi.Float([_power(emitter) for emitter in area] or [0.0]),
+        area_power=columns([[_power(emitter)] for emitter in area], 1),
+        area_share=columns([[1.0] for _ in area], 1),
         environment=environment,
+        environment_share=own(np.ones(1)),
     )
 
 
@@ -186,6 +193,11 @@ def _power(emitter: mi.Emitter) -> float:
     """Mean emitted luminance times area [W/sr]; never zero, so that the light can be picked."""
     mean = float(np.mean(np.array(parts(emitter)["radiance"].mean())))
     return max(mean * float(np.ravel(emitter.get_shape().surface_area())[0]), 1e-12)
+
+
+def _name(emitter: mi.Emitter) -> str:
+    """The emitter's id, else what it is."""
+    return emitter.id() or KINDS.get(emitter.class_name(), "environment")
 
 
 def _to_world(emitter: mi.Emitter) -> np.ndarray:

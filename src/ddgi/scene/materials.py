@@ -13,6 +13,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from ddgi.own_memory import own
 from ddgi.scene.image import Image, Pack
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
@@ -249,14 +250,15 @@ def material_table(rows: dict[int, Row]) -> Materials:
         opacity = row.opacity.mean[0] if isinstance(row.opacity, Image) else row.opacity
         base[number, :3], base[number, 3] = _plain_mean(row.base), opacity
         surface[number] = row.metallic, row.alpha, row.specular, row.double_sided
-        emission[number, :3] = BLACK if row.emission is None else _plain_mean(row.emission)
+        if row.emission is not None:
+            emission[number] = *_plain_mean(row.emission), 1
         for column, value in zip(columns, (row.base, row.opacity, row.emission), strict=True):
             column[number] = pack.add(value if isinstance(value, Image) else None)
     present = rows.values()
     return Materials(
-        base=mi.Float(base.ravel()),
-        surface=mi.Float(surface.ravel()),
-        emission=mi.Float(emission.ravel()),
+        base=own(base),
+        surface=own(surface),
+        emission=own(emission),
         base_texture=mi.UInt32(columns[0]),
         opacity_texture=mi.UInt32(columns[1]),
         emission_texture=mi.UInt32(columns[2]),

@@ -15,6 +15,7 @@ from ddgi.scene.daylight import AddedLights, default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
+from ddgi.scene.named_lights import name_lights
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.scene import Scene
@@ -87,6 +88,7 @@ def import_scene(
         box=box,
         triangles=geometry.triangles,
         shapes=geometry.names,
+        named_lights=name_lights(emitters, geometry),
         notes=notes.lines(),
         parsed=tree.state,
     )

@@ -11,6 +11,8 @@ import numpy as np
 from ddgi.errors import SceneError
 from ddgi.lighting.lights import Lights
 from ddgi.scene.camera import Camera
+from ddgi.scene.dimming import dim
+from ddgi.scene.named_lights import NamedLight, find_light
 from ddgi.trace.materials import Materials
 from ddgi.trace.mesh import MeshTracer
 
@@ -33,6 +35,7 @@ class Scene:
     box: tuple[tuple[float, float, float], tuple[float, float, float]]  # (low, high) box of interest [m]
     triangles: int
     shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
+    named_lights: tuple[NamedLight, ...] = ()  # all that shine: delta lights, area lights, environment
     notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
     parsed: Any = None  # Mitsuba's parsed scene, all materials and lights in it; never built itself: `source`
 
@@ -86,3 +89,17 @@ class Scene:
             raise SceneError(f"no camera {camera!r} in {self.name}: there are {', '.join(names)}")
         rest = self.cameras[:index] + self.cameras[index + 1 :]
         return replace(self, cameras=(self.cameras[index], *rest))
+
+    def dimmed(self, light: str | int | None, share: float) -> Scene:
+        """The same scene with a light turned down or off; nothing is recorded anew for it.
+
+        Args:
+            light: Its name, or its number in `named_lights`; None for all of them.
+            share: What to multiply its output with, 0 or more; 0 switches it off for good.
+
+        Raises:
+            SceneError: There is no such light, or `share` is negative or not a number.
+        """
+        chosen = self.named_lights if light is None else (find_light(self.named_lights, light),)
+        lights, materials = dim(self.lights, self.materials, chosen, share)
+        return replace(self, lights=lights, materials=materials)

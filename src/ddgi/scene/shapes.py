@@ -99,8 +99,8 @@ class ShapeReader:
         while name in self._used:
             name, number = f"{base}-{number}", number + 1
         self._used.add(name)
-        if _number(shape) in self.geometry.rows:
-            self.geometry.names[name] = _number(shape)
+        if shape_number(shape) in self.geometry.rows:
+            self.geometry.names[name] = shape_number(shape)
         return name
 
     def _traced(self, child: int | mi.Shape, removable: bool = True) -> mi.Shape | None:
@@ -128,8 +128,8 @@ class ShapeReader:
             self.geometry.clear_shapes += 1
             if removable:
                 return None
-        self.geometry.rows[_number(shape)] = row
-        self.geometry.owners[_number(shape)] = child
+        self.geometry.rows[shape_number(shape)] = row
+        self.geometry.owners[shape_number(shape)] = child
         return shape
 
     def _built(self, index: int) -> mi.Shape:
@@ -189,6 +189,6 @@ class ShapeReader:
         return self._groups[index]
 
 
-def _number(shape: mi.Shape) -> int:
+def shape_number(shape: mi.Shape) -> int:
     """Dr.Jit's registry number: the row of the material table."""
     return int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])

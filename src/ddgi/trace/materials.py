@@ -42,7 +42,7 @@ class Materials:
 
     base: mi.Float  # (4 S,) base colour r g b in [0, 1], then opacity in [0, 1]
     surface: mi.Float  # (4 S,) metallic [0, 1], GGX alpha (0, 1], specular F0 [0, 1], double-sided 0 or 1
-    emission: mi.Float  # (4 S,) emitted radiance r g b >= 0, then unused
+    emission: mi.Float  # (4 S,) emitted radiance r g b >= 0, then what remains of it >= 0: 0 off, 1 all
     base_texture: mi.UInt32  # (S,) replaces base colour; NO_TEXTURE for none
     opacity_texture: mi.UInt32  # (S,) replaces opacity (first channel)
     emission_texture: mi.UInt32  # (S,) replaces emission
@@ -72,17 +72,17 @@ def lookup(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool
     base = dr.gather(mi.Vector4f, materials.base, row, active)
     surface = dr.gather(mi.Vector4f, materials.surface, row, active)
     color, opacity = mi.Color3f(base.x, base.y, base.z), base.w
-    emission = mi.Color3f(0)
+    emission, share = mi.Color3f(0), mi.Float(1)
     if materials.any_emission:
         glow = dr.gather(mi.Vector4f, materials.emission, row, active)
-        emission = mi.Color3f(glow.x, glow.y, glow.z)
+        emission, share = mi.Color3f(glow.x, glow.y, glow.z), glow.w
     if materials.textures is not None:
         color = _textured(materials, materials.base_texture, color, row, uv, active)
         if materials.any_opacity:
             opacity = _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
         if materials.any_emission:
             emission = _textured(materials, materials.emission_texture, emission, row, uv, active)
-    return Material(color, opacity, surface.x, surface.y, surface.z, surface.w > 0.5, emission)
+    return Material(color, opacity, surface.x, surface.y, surface.z, surface.w > 0.5, emission * share)
 
 
 def lookup_opacity(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> mi.Float:

@@ -1,0 +1,182 @@
+"""Response: frames until the field's light has covered 90 % of a step, when a light is switched.
+
+What is timed is the mean luminance of the picture's indirect layer. Of one bounce, blended linearly,
+(1 - hysteresis^n) of a step is covered after n frames: 76 frames for a hysteresis of 0.97. Every
+further bounce waits for the one before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ddgi.errors import SceneError
+from ddgi.frame import advance, render_frame
+from ddgi.judge.watch import NOBODY, Watch
+from ddgi.probes.field import IrradianceField
+from ddgi.sampling import clock
+from ddgi.scene.image import LUMINANCE
+from ddgi.scene.named_lights import find_light
+
+if TYPE_CHECKING:
+    from ddgi.scene.scene import Scene
+    from ddgi.settings import RenderSettings
+
+SHARE = 0.9
+"""Of a step, that must be covered."""
+CONVERGE = 200
+"""Frames in which a field converges."""
+FULL_BOUNCES = 40
+"""Least number of first updates that keep nothing old: what 40 bounces leave out is nothing."""
+MEASURED = 50
+"""The last frames of them, whose mean is the steady level."""
+LIMIT = 600
+"""Frames after which a step counts as never covered."""
+LEAST_STEP = 50
+"""Of the steady level's spread between frames: 90 % of a smaller step drowns in the noise."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """How the indirect layer follows one switch."""
+
+    frames: int | None  # until 90 % of the step was covered; None: not within the limit
+    curve: tuple[float, ...]  # mean luminance [W/(m^2 sr)] before the switch, then after each frame
+
+
+@dataclass(frozen=True)
+class Responses:
+    """How the indirect layer follows a light, both ways."""
+
+    light: str | None  # its name; None: all of them
+    off: Response
+    on: Response
+    noise: float  # spread of the steady level between frames, over the step
+
+    def figures(self) -> dict[str, Any]:
+        """By name, as `docs/results.md` explains them."""
+        return {
+            "light": self.light,
+            "off_frames": self.off.frames,
+            "on_frames": self.on.frames,
+            "off_curve": list(self.off.curve),
+            "on_curve": list(self.on.curve),
+            "noise": self.noise,
+        }
+
+
+@dataclass(frozen=True)
+class _Steady:
+    """A scene whose field has converged."""
+
+    scene: Scene
+    field: IrradianceField
+    levels: np.ndarray  # mean luminance of the last frames [W/(m^2 sr)]
+
+    @property
+    def level(self) -> float:
+        return float(self.levels.mean())
+
+
+def respond(
+    scene: Scene,
+    s: RenderSettings,
+    light: str | int | None = None,
+    *,
+    limit: int = LIMIT,
+    watch: Watch = NOBODY,
+) -> Responses:
+    """Switch a light off, and on again, and count the frames until the field has followed.
+
+    The field is not reset at the switch. Each way starts from a field that has converged by itself,
+    and ends at the level of the other.
+
+    Args:
+        scene: What to look at, with its first camera.
+        s: Settings. Jitter is switched off, and after the switch there is no warm-up.
+        light: Its name, or its number in `scene.named_lights`; None for all of them.
+        limit: Frames to wait at most, 1 or more.
+        watch: Told how far it is.
+
+    Raises:
+        SceneError: There is no such light; or it does not change the indirect light of the picture,
+            or so little that the step drowns in the noise.
+        SettingsError: The field cannot be laid out.
+    """
+    s = replace(s, gbuffer=replace(s.gbuffer, antialias=False))
+    s = replace(s, direct=replace(s.direct, camera_samples=1))  # nobody looks at direct light
+    name = None if light is None else find_light(scene.named_lights, light).name
+    dark = scene.dimmed(light, 0)
+    lit, unlit = _converge(scene, s, "on", watch), _converge(dark, s, "off", watch)
+    noise = _noise(lit, unlit, name)
+    off = _follow(lit, unlit, s, limit, "off", watch)
+    on = _follow(unlit, lit, s, limit, "on", watch)
+    return Responses(name, off, on, noise)
+
+
+def frames_to_cover(curve: np.ndarray, goal: float, share: float = SHARE) -> int | None:
+    """The first frame by which a curve has covered a share of the way from its start to a goal.
+
+    Args:
+        curve: (N + 1,) the level before the switch, and after each of N frames.
+        goal: The level it tends to, other than that at its start.
+        share: Of the way, in (0, 1).
+    """
+    covered = (np.asarray(curve) - curve[0]) / (goal - curve[0])
+    reached = np.flatnonzero(covered >= share)
+    return int(reached[0]) if reached.size else None
+
+
+def _converge(scene: Scene, s: RenderSettings, state: str, watch: Watch) -> _Steady:
+    """A field of the scene, warmed up whatever the settings say, and its level."""
+    watch.phase(f"converging with the light {state}", CONVERGE)
+    s = replace(s, blend=replace(s.blend, warm_up=max(s.blend.warm_up, FULL_BOUNCES)))
+    field = IrradianceField.fit(scene, s)
+    for tick in range(CONVERGE - MEASURED):
+        field = advance()(s, scene.tracer, scene.lights, field, clock(s.seed, tick))
+        watch.step()
+    levels = []
+    for tick in range(CONVERGE - MEASURED, CONVERGE):
+        field, level = _frame(scene, field, tick, s)
+        levels.append(level)
+        watch.step()
+    return _Steady(scene, field, np.array(levels))
+
+
+def _follow(
+    before: _Steady, after: _Steady, s: RenderSettings, limit: int, state: str, watch: Watch
+) -> Response:
+    """Light the field of one scene with the lights of the other until it has followed."""
+    watch.phase(f"switching the light {state}", limit)
+    s = replace(s, blend=replace(s.blend, warm_up=0))  # over for any hysteresis
+    field, curve = before.field, [float(before.levels[-1])]
+    for tick in range(CONVERGE, CONVERGE + limit):
+        field, level = _frame(after.scene, field, tick, s)
+        curve.append(level)
+        watch.step()
+        if (frames := frames_to_cover(np.array(curve), after.level)) is not None:
+            return Response(frames, tuple(curve))
+    return Response(None, tuple(curve))
+
+
+def _frame(
+    scene: Scene, field: IrradianceField, tick: int, s: RenderSettings
+) -> tuple[IrradianceField, float]:
+    """The field after one frame, and the mean luminance of that frame's indirect layer."""
+    field, frame = render_frame(scene, field, scene.camera, tick, s)
+    return field, float(LUMINANCE @ np.array(frame.picture.indirect, np.float64).mean(axis=1))
+
+
+def _noise(lit: _Steady, unlit: _Steady, light: str | None) -> float:
+    """Spread of the levels between frames, over the step between them."""
+    step = abs(lit.level - unlit.level)
+    spread = float(max(lit.levels.std(), unlit.levels.std()))
+    if step <= LEAST_STEP * spread or step <= 1e-6 * max(lit.level, unlit.level):
+        what = "the lights together hardly change" if light is None else f"light {light!r} hardly changes"
+        raise SceneError(
+            f"{what} the indirect light that the camera sees (by {step:.2g} of {lit.level:.2g}, noise "
+            f"{spread:.2g}): choose another light or camera, or raise rays.per_probe"
+        )
+    return spread / step

@@ -1,0 +1,18 @@
+"""Tables in Dr.Jit's own memory, so that any table of the same size takes the place of another.
+
+A NumPy array lent to Dr.Jit lies where NumPy put it, and a table of one number becomes a constant; a
+recording depends on both, and new values would have to be recorded anew.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+
+def own(values: np.ndarray) -> mi.Float:
+    """A table of at least one number, flat: aligned, and never compiled in."""
+    table = mi.Float(np.asarray(values, np.float32).ravel().tolist())
+    dr.make_opaque(table)
+    return table
