@@ -69,12 +69,16 @@ def theirs(script: Path) -> float:
     """Median time of the prototype's frames [ms]."""
     command = [
         sys.executable,
-        str(script.resolve()),
+        "frame.py",
         "x".join(map(str, COUNTS)),
         str(RAYS),
         "x".join(map(str, SIZE)),
     ]
     with TemporaryDirectory() as folder:  # it writes a picture where it runs
+        # Pixels that see nothing have no normal; on some processors it would look their light up out of bounds.
+        safe = "irradiance(dr.select(valid, si.p, Point3f(0)), dr.select(valid, n, mi.Normal3f(0, 0, 1)),"
+        source = script.read_text().replace("irradiance(si.p, n,", safe)
+        Path(folder, "frame.py").write_text(source)
         out = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout
     frames = [float(ms) for ms in re.findall(r"all +([\d.]+) ms", out)]
     return median(frames[SETTLED:])
