@@ -15,7 +15,8 @@ import os
 import platform
 import subprocess
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import reduce
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from typing import Any
 import click
 
 import ddgi
-from ddgi.config import load_settings
+from ddgi.config import load_settings, override, parse_assignment
 from ddgi.judge.compare import Comparison, compare
 from ddgi.judge.sheet import sheet
 from ddgi.judge.trial import Trial
@@ -44,7 +45,7 @@ class View:
     materials: str = "full"
     size: tuple[int, int] = SIZE
     target: float = 0.05
-    options: dict[str, Any] = field(default_factory=dict)
+    sets: tuple[str, ...] = ()  # settings that the scene needs, whatever the configuration
 
     @property
     def name(self) -> str:
@@ -58,9 +59,7 @@ class View:
             source = FILES / self.scene / "scene_mi3.xml"
             if not source.exists():
                 return None
-        return ddgi.load_scene(
-            source, camera=self.camera, size=self.size, materials=self.materials, **self.options
-        )
+        return ddgi.load_scene(source, camera=self.camera, size=self.size, materials=self.materials)
 
 
 FROM_FILES = ("staircase2", "veach-ajar", "classroom", "veach-bidir")
@@ -76,7 +75,9 @@ LARGE = (
     View("cathedral", target=0.2),
     View("living-room", target=0.2),
     View("forest", target=0.2),
-    *(View(name, size=(192, 108), target=0.2) for name in FROM_FILES),
+    *(View(name, size=(192, 108), target=0.2) for name in ("staircase2", "veach-ajar", "veach-bidir")),
+    # Its bounding box is a dome of sky; nothing finds the room in it yet.
+    View("classroom", size=(192, 108), target=0.2, sets=("grid.box=[[-4.3,0,-6],[4.1,3.05,6]]",)),
 )
 
 
@@ -91,7 +92,7 @@ def trials(*texts: str, preset: str = "default") -> list[Trial]:
 
 
 def judged(
-    views: Sequence[View], configurations: Sequence[Trial], *, seconds: float = 90, rivals: bool = False,
+    views: Sequence[View], configurations: Sequence[Trial], *, seconds: float = 30, rivals: bool = False,
     frames: int = 64, pictures: str | None = None,
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Every view under every configuration."""
@@ -101,8 +102,9 @@ def judged(
         if scene is None:
             print(f"{view.name}: not here, left out", flush=True)
             continue
+        adapted = [replace(c, settings=_with(c.settings, view.sets)) for c in configurations]
         found = compare(
-            scene, configurations, frames=frames, target=view.target, most_seconds=seconds, rivals=rivals
+            scene, adapted, frames=frames, target=view.target, most_seconds=seconds, rivals=rivals
         )
         rows.append({"name": view.name, "materials": view.materials} | found.figures())
         print(view.name, f"{found.judged[0].difference.flip_mean:.4f}", f"valid {found.valid}", flush=True)
@@ -111,14 +113,30 @@ def judged(
     return rows
 
 
+def _with(settings: ddgi.RenderSettings, sets: Sequence[str]) -> ddgi.RenderSettings:
+    return reduce(override, map(parse_assignment, sets), settings)
+
+
 def _picture(found: Comparison, name: str) -> None:
+    """Half as wide and high, to keep the repository small."""
+    page = sheet(found)
+    height, width = (n // 2 * 2 for n in page.shape[:2])
+    small = page[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean((1, 3))
     PICTURES.mkdir(exist_ok=True)
-    save_display(PICTURES / f"{name}.png", sheet(found))
+    save_display(PICTURES / f"{name}.png", small.astype("uint8"))
+
+
+PICTURED = ("statue-box", "cathedral", "living-room")
+"""Scenes whose sheets docs/ shows."""
 
 
 def quality() -> Any:
     """Every scene with the default, beside a path tracer of equal time."""
-    return judged((*CLOSED, *LARGE), trials("default"), rivals=True)
+    rows = []
+    for view in (*CLOSED, *LARGE):
+        pictures = "compare" if view.scene in PICTURED else None
+        rows += judged([view], trials("default"), rivals=True, pictures=pictures)
+    return rows
 
 
 def presets() -> Any:
@@ -180,42 +198,34 @@ CONSTANTS = (
     "wrap of CTU: query.wrap=wrap",
     "sharp wrap: query.wrap=sharp",
     "bias scale 0.3: query.bias_scale=0.3",
-    "bias scale 1: query.bias_scale=1",
     "bias of CTU: query.bias=ctu; query.bias_scale=0.25",
     "bias of MFF: query.bias=mff; query.bias_scale=0.25",
     "γ = 5: blend.gamma=5",
-    "no square-root blending: query.sqrt_blending=false",
-    "sharpness 20: blend.sharpness=20",
-    "sharpness 100: blend.sharpness=100",
+    "square-root blending: query.sqrt_blending=true",
     "no crush: query.crush=0",
     "Chebyshev exponent 1: query.chebyshev_exponent=1",
     "visibility floor 0.05: query.visibility_floor=0.05",
     "long distances rejected: blend.long_distances=reject",
     "long distances kept: blend.long_distances=off",
-    "bilinear taps: gather.taps=bilinear",
     "back faces at 0: gather.back_face_distance=0",
     "lamps left to the field: direct.area=field",
-    "surroundings sampled: direct.environment=sampled",
-    "6² irradiance: volume.irradiance_size=6",
     "16² irradiance: volume.irradiance_size=16",
-    "32² distance: volume.distance_size=32",
     "64 rays: rays.per_probe=64",
-    "256 rays: rays.per_probe=256",
-    "4,096 probes: grid.budget=4096",
 )
 
 
 def constants() -> Any:
-    """Every constant on which the papers disagree, one changed at a time."""
+    """The constants on which the papers disagree, one changed at a time."""
     views = (
-        *CLOSED,
+        View("cornell", materials="diffuse"),
+        View("color-boxes", materials="diffuse"),
+        View("statue-box", materials="diffuse"),
+        View("dragon-box", materials="diffuse"),
         View("room-with-door", "room", materials="diffuse", target=0.1),
         View("two-rooms", materials="diffuse", target=0.1),
         View("courtyard", target=0.2),
-        View("cathedral", target=0.2),
-        *(View(name, size=(192, 108), target=0.2) for name in ("staircase2", "veach-ajar")),
     )
-    return judged(views, trials(*CONSTANTS))
+    return judged(views, trials(*CONSTANTS), frames=24, seconds=0)
 
 
 STUDIES: dict[str, Callable[[], Any]] = {

@@ -63,7 +63,7 @@ def test_a_noisy_reference_is_said_to_be(run):
     ("text", "found"),
     [
         ("query.crush=0,0.2", ["query.crush=0", "query.crush=0.2"]),
-        ("query.wrap = sharp, off", ["query.wrap =sharp", "query.wrap =off"]),
+        ("query.wrap = sharp, off", ["query.wrap=sharp", "query.wrap=off"]),
         ("grid.counts=[4,4,4],[8,8,8]", ["grid.counts=[4,4,4]", "grid.counts=[8,8,8]"]),
     ],
 )
@@ -79,7 +79,7 @@ def test_sweeps_that_say_nothing(text):
 
 def test_settings_apply_to_every_configuration():
     request = SettingsRequest(set=("rays.per_probe=77",))
-    trials = list(_trials(request, "default,scale", ("blend.gamma=1,5",)))
+    trials = list(_trials(request, "default,scale,default", ("blend.gamma=1,5,1",)))
     assert [t.name for t in trials] == [
         f"{preset} {change}".strip()
         for preset in ("default", "scale")
@@ -100,12 +100,13 @@ def test_settings_apply_to_every_configuration():
         (["cornell", "-o", "a.jpg"], "unknown kind of picture"),
         (["cornell", "-o", "a.exr"], "go to a .png"),
         (["cornell", "--json", "none/a.json"], "there is no folder"),
+        (["cornell", "-o", "a.png", "--json", "a.png"], "cannot go to one file"),
     ],
 )
 def test_bad_input_is_one_line(refused, arguments, message):
     assert message in refused("compare", *arguments)
 
 
-@pytest.mark.parametrize("value", ["0", "-1", "much"])
+@pytest.mark.parametrize("value", ["0", "-1", "much", "nan", "inf"])
 def test_targets_that_are_none(refused, value):
     assert "--target" in refused("compare", "cornell", "--target", value, code=2)

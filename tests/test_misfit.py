@@ -28,7 +28,7 @@ def scene():
     [
         ({"volume": {"irradiance_size": 16}}, "volume"),
         ({"volume": {"irradiance_format": "rgbe8"}}, "volume"),
-        ({"query": {"sqrt_blending": False}}, "sqrt_blending"),
+        ({"query": {"sqrt_blending": True}}, "sqrt_blending"),
     ],
 )
 def test_a_field_of_other_settings(scene, other, named):

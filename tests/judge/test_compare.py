@@ -10,6 +10,7 @@ from ddgi.config import load_settings
 from ddgi.errors import DDGIError
 from ddgi.judge import denoiser, sheet
 from ddgi.judge.compare import compare
+from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.rival import samples_in
 from ddgi.judge.table import front, table
 from ddgi.judge.trial import Trial, run
@@ -113,12 +114,12 @@ def test_sheet_shows_every_configuration(found):
 
 
 def test_colours_of_errors():
-    black_to_bright = sheet.colored(np.array([[0.0, 0.5, 1.0, np.nan]]), sheet.MAGMA).sum(-1)[0]
-    assert black_to_bright[0] < black_to_bright[1] < black_to_bright[2]
-    blue, white, red = sheet.colored(np.array([[0.0, 0.5, 1.0]]), sheet.SIGNED)[0]
+    none, some, much, unknown = coloured(np.array([[0.0, 0.5, 1.0, np.nan]]), INFERNO).sum(-1)[0]
+    assert unknown == none < some < much
+    blue, white, red = coloured(np.array([[0.0, 0.5, 1.0]]), BLUE_RED)[0]
     assert blue[2] > blue[0]
     assert red[0] > red[2]
-    assert white.min() > 240
+    assert white.min() > 0.95
     reference = np.full((2, 2, 3), 0.5)
     assert (sheet.relative_excess(reference * 1.2, reference) > 0.1).all()
     assert (sheet.relative_excess(reference * 0.8, reference) < -0.1).all()
@@ -148,6 +149,7 @@ def test_a_black_scene_has_an_answer(tmp_path):
     assert found.figures()["flip_mean"] == 0
     assert found.figures()["luminance_error"] == 0
     assert "the reference is black" in found.notes
+    assert not found.valid, "nothing to be right about"
     assert sheet.sheet(found).size > 0
 
 
@@ -186,6 +188,12 @@ def test_denoising_removes_noise():
     clean, ms = denoiser.denoise(noisy, guides)
     assert np.abs(clean - truth).mean() < 0.2 * np.abs(noisy - truth).mean()
     assert ms > 0
+
+
+def test_nothing_to_compare_is_refused(scene, tmp_path):
+    for trials, frames in (([], 4), ([trial("default")], 0)):
+        with pytest.raises(ddgi.SettingsError, match="at least"):
+            compare(scene, trials, frames=frames, folder=tmp_path)
 
 
 def test_a_single_frame_is_the_converged_fields(scene):

@@ -109,6 +109,8 @@ def test_time_runs_out_and_it_says_so(scene, tmp_path):
     found = make_reference(scene, scene.camera, 1e-4, 0, tmp_path)
     assert found.spp == 16
     assert not found.good_for(1e-4)
+    again = make_reference(scene, scene.camera, 1e-4, 1e-3, tmp_path)
+    assert again.spp == 32, "a few samples to see how long one takes, however many there are already"
 
 
 def test_files_that_do_not_fit_are_ignored(scene, tmp_path, monkeypatch):
@@ -143,7 +145,7 @@ def test_what_a_view_shows_decides_where_it_is_kept(scene, tmp_path):
 
 def test_an_unwritable_folder_is_an_error(scene, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(ddgi.OutputError):
+    with pytest.raises(ddgi.OutputError, match="DDGI_CACHE_DIR"):
         make_reference(scene, scene.camera, 10.0, 0, tmp_path / "file")
 
 

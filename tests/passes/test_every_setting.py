@@ -53,7 +53,7 @@ MAPS = {
     "query.crush": (0.9, {}),
     "query.bias": ("mff", {}),
     "query.bias_scale": (1.5, {}),
-    "query.sqrt_blending": (False, {}),
+    "query.sqrt_blending": (True, {}),
     "direct.area": ("field", {}),
     "direct.environment": ("sampled", {}),
     "direct.probe_samples": (2, {}),

@@ -14,7 +14,8 @@ from ddgi.cli.figures import STDOUT, check_figures_file, write_figures
 from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
-from ddgi.errors import SettingsError
+from ddgi.cli.values import Finite
+from ddgi.errors import OutputError, SettingsError
 
 if TYPE_CHECKING:
     from ddgi.judge.compare import Comparison
@@ -34,14 +35,14 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--target",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Finite(min=0, min_open=True),
     default=0.05,
     show_default=True,
     help="Mean FLIP that the reference must be able to tell from its noise.",
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(min=0),
+    type=Finite(min=0),
     default=120.0,
     show_default=True,
     help="Most time for refining the reference.",
@@ -78,12 +79,14 @@ def compare(
             check_display(output)
         if json_file is not None:
             check_figures_file(json_file)
+            if output is not None and output.resolve() == json_file.resolve():
+                raise OutputError(f"{output}: the picture and the figures cannot go to one file")
         trials = list(_trials(settings_request, presets, sweep))
         progress.phase(f"loading {scene}")
         loaded = scene_request.open(scene)
         found = judge(
             loaded, trials, frames=frames, target=target, most_seconds=seconds, rivals=rivals,
-            progress=progress.phase, step=progress.step,
+            watch=progress,
         )  # fmt: skip
         if output is not None:
             progress.phase("writing")
@@ -106,15 +109,18 @@ def _write_sheet(path: Path, found: Comparison) -> None:
 
 
 def _trials(request: SettingsRequest, presets: str | None, sweep: tuple[str, ...]) -> Iterator[Trial]:
-    """The configurations asked for: every preset as it is, then with every value swept."""
+    """The configurations asked for, each once: every preset as it is, then with every value swept."""
     from ddgi.judge.trial import Trial
 
+    seen = set()
     names = [request.preset] if presets is None else [name.strip() for name in presets.split(",")]
     changes = ["", *itertools.chain.from_iterable(map(_assignments, sweep))]
     for name, change in itertools.product(names, changes):
         asked = replace(request, preset=name, set=(*request.set, *([change] if change else [])))
         label = f"{name} {change}".strip() if presets is not None else change or name
-        yield Trial(label, asked.settings())
+        if label not in seen:
+            seen.add(label)
+            yield Trial(label, asked.settings())
 
 
 def _assignments(text: str) -> list[str]:
@@ -133,4 +139,4 @@ def _assignments(text: str) -> list[str]:
             parts[-1] += letter
     if not equals or not name.strip() or not all(part.strip() for part in parts):
         raise SettingsError(f"{text!r} does not read stage.field=value,value,...")
-    return [f"{name}={part.strip()}" for part in parts]
+    return [f"{name.strip()}={part.strip()}" for part in parts]

@@ -25,6 +25,17 @@ class Size(click.ParamType):
         return int(width), int(height)
 
 
+class Finite(click.FloatRange):
+    """A finite number within bounds."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number."""
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number.", param, ctx)
+        return number
+
+
 class Numbers(click.ParamType):
     """So many finite numbers, separated by commas."""
 

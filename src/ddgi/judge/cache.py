@@ -18,7 +18,7 @@ from ddgi.errors import OutputError
 from ddgi.scene.camera import Camera
 from ddgi.scene.fingerprint import fingerprint
 from ddgi.scene.scene import Scene
-from ddgi.whole_file import whole_file
+from ddgi.whole_file import check_place, whole_file
 
 FORMAT = 1
 """Of the files, and of how references are made."""
@@ -62,15 +62,27 @@ def load(key: Key) -> dict[str, Any] | None:
         return None
 
 
+def make_folder(key: Key) -> None:
+    """See that references can be kept.
+
+    Raises:
+        OutputError: They cannot; says what to do.
+    """
+    advice = "set DDGI_CACHE_DIR to another folder for references"
+    try:
+        key.path.parent.mkdir(parents=True, exist_ok=True)
+        check_place(key.path)
+    except OSError as error:
+        raise OutputError(f"{key.path.parent}: cannot be made ({error.strerror}): {advice}") from error
+    except OutputError as error:
+        raise OutputError(f"{error}: {advice}") from error
+
+
 def store(key: Key, values: dict[str, Any]) -> None:
     """Keep values under a key; a file appears whole or not at all.
 
     Raises:
         OutputError: The folder cannot be written.
     """
-    try:
-        key.path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{key.path.parent}: no folder for references: {error.strerror}") from error
     with whole_file(key.path) as path, open(path, "wb") as file:
         np.savez_compressed(file, key=key.text, **values)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ddgi.errors import SettingsError
 from ddgi.judge import denoiser
 from ddgi.judge.metrics import Difference, difference, load_flip
 from ddgi.judge.path_tracer import PathTracer
@@ -14,6 +15,7 @@ from ddgi.judge.reference import Reference, make_reference
 from ddgi.judge.rival import Rival, rival, sample_ms, samples_in
 from ddgi.judge.trial import Outcome, Trial, run
 from ddgi.judge.view import look, remarks
+from ddgi.judge.watch import NOBODY, Watch
 from ddgi.scene.scene import Scene
 
 RIVAL_SEEDS = (1 << 30, (1 << 30) + (1 << 20))
@@ -46,8 +48,8 @@ class Comparison:
 
     @property
     def valid(self) -> bool:
-        """Whether the reference is good enough for the target."""
-        return self.reference.good_for(self.target)
+        """Whether the reference shows anything, and is good enough for the target."""
+        return bool(self.reference.picture.any()) and self.reference.good_for(self.target)
 
     def figures(self) -> dict[str, Any]:
         """All numbers by name; those of the first configuration at the top."""
@@ -80,8 +82,7 @@ def compare(
     most_seconds: float = 120.0,
     rivals: bool = True,
     folder: Path | None = None,
-    progress: Callable[[str, int], None] = lambda text, steps: None,
-    step: Callable[[], None] = lambda: None,
+    watch: Watch = NOBODY,
 ) -> Comparison:
     """Judge configurations against one reference.
 
@@ -93,20 +94,21 @@ def compare(
         most_seconds: Time for the reference; where it is not enough, `valid` is false.
         rivals: Path trace and denoise in the time of the first configuration too.
         folder: Where references are kept; None: the default one.
-        progress: Told what begins, and in how many steps.
-        step: Called after every step.
+        watch: Told how far it is.
 
     Raises:
         DDGIError: FLIP or the denoiser is not installed, or a picture holds values that are not numbers.
-        SettingsError: A configuration is impossible.
+        SettingsError: A configuration is impossible, or there is none, or no frame.
         OutputError: The reference cannot be kept.
     """
+    if frames < 1 or not trials:
+        raise SettingsError("a comparison needs one configuration and one frame at least")
     load_flip()  # before the work starts
-    truth = make_reference(scene, scene.camera, target, most_seconds, folder, lambda text: progress(text, 0))
+    truth = make_reference(scene, scene.camera, target, most_seconds, folder, watch)
     judged = []
     for trial in trials:
-        progress(f"rendering {trial.name}", frames)
-        outcome = run(scene, trial, frames, step)
+        watch.phase(f"rendering {trial.name}", frames)
+        outcome = run(scene, trial, frames, watch)
         judged.append(
             Judged(
                 outcome, difference(outcome.picture, truth.picture), difference(outcome.single, truth.picture)
@@ -118,7 +120,7 @@ def compare(
     if rivals and not denoiser.installed():
         notes.append(f"no rival: {denoiser.MISSING}")
     elif rivals:
-        progress("path tracing the rivals", 0)
+        watch.phase("path tracing the rivals")
         found = _rivals(scene, judged[0].outcome, truth, view.guides)
     return Comparison(scene, target, truth, judged, found, notes)
 

@@ -1,15 +1,20 @@
-"""A map of numbers as a picture: black, purple, red, orange, yellow, with its scale along the bottom.
+"""Numbers as colours.
 
-The colours are ten of matplotlib's `inferno` (van der Walt and Smith, 2015): lightness rises evenly, so
-the picture reads in grey too.
+`INFERNO` runs from black through purple, red and orange to yellow: ten colours of matplotlib's map of
+that name (van der Walt and Smith, 2015), whose lightness rises evenly, so that it reads in grey too.
+`BLUE_RED` has white in the middle (Brewer's RdBu).
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 INFERNO = ("000004", "1b0c41", "4a0c6b", "781c6d", "a52c60", "cf4446", "ed6925", "fb9b06", "f7d13d", "fcffa4")
 """sRGB, from none to most."""
+BLUE_RED = ("2166ac", "f7f7f7", "b2182b")
+"""sRGB, from too little to too much."""
 HIGHEST = 99.5
 """Percentile that must be within the scale; what lies above has its last colour."""
 BAR = 24
@@ -27,8 +32,16 @@ def scale_top(values: np.ndarray) -> float:
     return float(next(step * power for step in (1, 2, 5, 10) if step * power >= high * (1 - 1e-9)))
 
 
+def coloured(shares: np.ndarray, codes: Sequence[str]) -> np.ndarray:
+    """SRGB values in [0, 1] between colours evenly spaced. shares: (H, W) in [0, 1]; result: (H, W, 3)."""
+    table = np.array([[int(code[i : i + 2], 16) / 255 for i in (0, 2, 4)] for code in codes])
+    places = np.linspace(0, 1, len(table))
+    known = np.nan_to_num(shares)
+    return np.stack([np.interp(known, places, table[:, c]) for c in range(3)], 2)
+
+
 def false_colour(values: np.ndarray, top: float) -> np.ndarray:
-    """Colours of a map.
+    """Colours of a map, with its scale along the bottom.
 
     Args:
         values: (H, W), 0 or more.
@@ -40,7 +53,6 @@ def false_colour(values: np.ndarray, top: float) -> np.ndarray:
     height, width = values.shape
     bar = np.broadcast_to(np.linspace(0, top, width), (max(height // BAR, 4), width))
     shares = np.clip(np.concatenate([values, bar]) / top, 0, 1)
-    table = np.array([[int(code[i : i + 2], 16) / 255 for i in (0, 2, 4)] for code in INFERNO])
-    srgb = np.stack([np.interp(shares, np.linspace(0, 1, len(table)), table[:, c]) for c in range(3)], 2)
+    srgb = coloured(shares, INFERNO)
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     return linear.astype(np.float32)

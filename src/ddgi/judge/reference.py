@@ -6,7 +6,6 @@ the noise is at most half of it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -14,9 +13,10 @@ from time import perf_counter
 import numpy as np
 
 from ddgi.errors import DDGIError
-from ddgi.judge.cache import Key, load, store
+from ddgi.judge.cache import Key, load, make_folder, store
 from ddgi.judge.metrics import flip_exposures, flip_map
 from ddgi.judge.path_tracer import PathTracer
+from ddgi.judge.watch import NOBODY, Watch
 from ddgi.scene.camera import Camera
 from ddgi.scene.scene import Scene
 
@@ -57,7 +57,7 @@ def make_reference(
     target: float,
     most_seconds: float,
     folder: Path | None = None,
-    progress: Callable[[str], None] = lambda text: None,
+    watch: Watch = NOBODY,
 ) -> Reference:
     """The reference of a view: from the cache if it is good enough, else refined and kept.
 
@@ -67,7 +67,7 @@ def make_reference(
         target: Mean FLIP that it must be able to tell from noise.
         most_seconds: Time for new samples; the noise reached is stated in the result.
         folder: Where references are kept; None: the default one (`ddgi.judge.cache`).
-        progress: Told what is going on.
+        watch: Told what is going on.
 
     Raises:
         DDGIError: The path-traced picture is not finite, or FLIP is not installed.
@@ -78,20 +78,20 @@ def make_reference(
     known = None if found is None else Reference(**found)
     if known is not None and (known.good_for(target) or most_seconds <= 0):
         return known
+    make_folder(key)  # before the work starts
     tracer, start, done = PathTracer(scene), perf_counter(), 0
-    if known is None:
-        progress("path tracing the reference")
-        known, done = _refined(None, tracer, camera, FIRST_SAMPLES), FIRST_SAMPLES
-    while not known.good_for(target):
-        wanted = min(known.spp // 2, MOST_SAMPLES - known.spp)
-        if done:  # as many more as the time left allows
+    while known is None or not known.good_for(target):
+        # First a few samples, which tell how long one takes; then as many as the time left allows.
+        wanted = FIRST_SAMPLES
+        if known is not None and done:
             spent = perf_counter() - start
-            wanted = min(wanted, int((most_seconds - spent) * done / spent))
+            wanted = min(known.spp // 2, MOST_SAMPLES - known.spp, int((most_seconds - spent) * done / spent))
         if wanted < 1:
             break
-        progress(f"path tracing the reference, {known.spp} samples a pixel so far")
+        watch.phase(f"path tracing the reference, {0 if known is None else known.spp} samples a pixel so far")
         known, done = _refined(known, tracer, camera, wanted), done + wanted
-    store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
+        store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
+    assert known is not None  # the first samples are always taken
     return known
 
 

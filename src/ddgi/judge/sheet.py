@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ddgi.errors import DDGIError
 from ddgi.judge.compare import Comparison, Judged
+from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.metrics import DARKEST, LUMINANCE, flip_exposures, flip_map
 from ddgi.passes import tone
 
@@ -16,12 +18,6 @@ CAPTION = 22
 """Height of the line of text above a picture [pixels]."""
 GAP = 4
 BACKGROUND, INK = 24, 230
-MAGMA = np.array(
-    [[0, 0, 4], [59, 15, 112], [140, 41, 129], [222, 73, 104], [254, 159, 109], [252, 253, 191]], np.float64
-)
-"""Six colours of matplotlib's magma, evenly spaced: dark is no error."""
-SIGNED = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float64)
-"""Blue where too dark, red where too bright."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +45,7 @@ def sheet(found: Comparison) -> np.ndarray:
         Tile(f"reference, {truth.spp} spp", _display(truth.picture, shown)),
         Tile("direct", _display(truth.direct, shown)),
         Tile("indirect", _display(truth.indirect, shown)),
-        Tile(f"FLIP of its halves {truth.noise:.4f}", colored(noise, MAGMA)),
+        Tile(f"FLIP of its halves {truth.noise:.4f}", _map(noise, INFERNO)),
     ]
     if "frame" in found.rivals:
         frame = found.rivals["frame"]
@@ -58,11 +54,8 @@ def sheet(found: Comparison) -> np.ndarray:
     return _laid_out([first, *(_row(found, j, shown) for j in found.judged)])
 
 
-def colored(values: np.ndarray, colors: np.ndarray) -> np.ndarray:
-    """Values in [0, 1] as colours in between. values: (H, W); colors: (N, 3); result: (H, W, 3) uint8."""
-    places = np.linspace(0, 1, len(colors))
-    channels = [np.interp(np.nan_to_num(values), places, colors[:, c]) for c in range(3)]
-    return np.rint(np.stack(channels, -1)).astype(np.uint8)
+def _map(shares: np.ndarray, codes: Sequence[str]) -> np.ndarray:
+    return np.rint(coloured(shares, codes) * 255).astype(np.uint8)
 
 
 def relative_excess(picture: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -79,8 +72,8 @@ def _row(found: Comparison, j: Judged, shown: tone.Settings) -> list[Tile]:
         Tile(f"{out.trial.name}, {out.frames} frames", _display(out.picture, shown)),
         Tile("direct", _display(out.direct, shown)),
         Tile("indirect", _display(out.indirect, shown)),
-        Tile(f"FLIP {j.difference.flip_mean:.4f}", colored(j.difference.flip_map, MAGMA)),
-        Tile(f"luminance {100 * j.difference.luminance_error:+.1f} %", colored(0.5 + excess, SIGNED)),
+        Tile(f"FLIP {j.difference.flip_mean:.4f}", _map(j.difference.flip_map, INFERNO)),
+        Tile(f"luminance {100 * j.difference.luminance_error:+.1f} %", _map(0.5 + excess, BLUE_RED)),
     ]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from statistics import median
 from time import perf_counter
@@ -12,6 +11,7 @@ import drjit as dr
 import numpy as np
 
 from ddgi.frame import Frame, render_frame
+from ddgi.judge.watch import NOBODY, Watch
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.volume import bytes_per_probe
 from ddgi.scene.scene import Scene
@@ -53,14 +53,14 @@ class Outcome:
         }
 
 
-def run(scene: Scene, trial: Trial, frames: int, step: Callable[[], None] = lambda: None) -> Outcome:
+def run(scene: Scene, trial: Trial, frames: int, watch: Watch = NOBODY) -> Outcome:
     """Render `frames` frames of the scene's camera, then one more that nothing is averaged with.
 
     Args:
         scene: What there is.
         trial: The configuration.
         frames: At least one.
-        step: Called after every frame.
+        watch: Told of every frame.
 
     Raises:
         SettingsError: The configuration's volume is impossible.
@@ -74,7 +74,7 @@ def run(scene: Scene, trial: Trial, frames: int, step: Callable[[], None] = lamb
         field, frame = render_frame(scene, field, scene.camera, tick, settings, frame)
         dr.sync_thread()
         milliseconds.append((perf_counter() - start) * 1e3)
-        step()
+        watch.step()
     assert frame is not None  # frames >= 1
     _, alone = render_frame(scene, field, scene.camera, frames, settings)
     return Outcome(

@@ -57,7 +57,9 @@ class Settings:
     bias_scale: Annotated[
         float, Ge(0), Doc("multiplies the bias: 0.3 (SCALE); metres for ctu and mff (0.25 in MFF)")
     ] = 0.6
-    sqrt_blending: Annotated[bool, Doc("average probes in square-root space (SCALE listing 2)")] = True
+    sqrt_blending: Annotated[
+        bool, Doc("average probes in square-root space (SCALE listing 2); loses light to noise")
+    ] = False
 
 
 SMALLEST = 1e-6
