@@ -20,7 +20,7 @@ from ddgi.scene.fingerprint import fingerprint
 from ddgi.scene.scene import Scene
 from ddgi.whole_file import check_place, whole_file
 
-FORMAT = 1
+FORMAT = 2
 """Of the files, and of how references are made."""
 
 
@@ -57,6 +57,7 @@ def load(key: Key) -> dict[str, Any] | None:
                 "direct": file["direct"],
                 "spp": int(file["spp"]),
                 "noise": float(file["noise"]),
+                "start": str(file["start"]),
             }
     except Exception:  # missing, cut short, another format: numpy and zipfile raise many kinds
         return None

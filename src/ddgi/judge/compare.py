@@ -60,6 +60,7 @@ class Comparison:
                 "size": list(self.scene.camera.size),
                 "target": self.target,
                 "reference_spp": self.reference.spp,
+                "reference_start": self.reference.start,
                 "reference_flip": self.reference.noise,
                 "valid": self.valid,
                 "configuration": self.judged[0].outcome.trial.name,

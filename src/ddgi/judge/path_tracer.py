@@ -35,9 +35,9 @@ class PathTracer:
 
     def __init__(self, scene: Scene) -> None:
         """Build Mitsuba's scene."""
-        self._scene = mi.parser.instantiate(mi.parser.ParserConfig(mi.variant()), scene.source)
+        self.scene = mi.parser.instantiate(mi.parser.ParserConfig(mi.variant()), scene.source)
         # Only `volpath` lets light pass where surfaces are open: `path` casts full shadows there.
-        kind = "volpath" if any(map(_may_be_open, self._scene.shapes())) else "path"
+        kind = "volpath" if any(map(_may_be_open, self.scene.shapes())) else "path"
         self._all = mi.load_dict({"type": kind, "max_depth": -1})
         self._direct = mi.load_dict({"type": kind, "max_depth": 2})  # one surface between lamp and eye
 
@@ -69,7 +69,7 @@ class PathTracer:
         pixel = dr.arange(mi.UInt32, lanes) // count
         origin, direction = camera_rays(camera, pixel, mi.Point2f(sampler.next_2d()))
         ray = mi.RayDifferential3f(mi.Ray3f(origin, direction))
-        radiance, _, _ = integrator.sample(self._scene, sampler, ray)
+        radiance, _, _ = integrator.sample(self.scene, sampler, ray)
         dr.eval(radiance)  # once: each sum alone would trace the paths again
         sums = [dr.block_sum(mi.Float(c), count) for c in mi.Color3f(radiance)]
         return np.stack([np.array(s) for s in sums], -1).reshape(height, width, 3) / count

@@ -1,18 +1,23 @@
 """A path-traced reference in two independent halves, refined until it is good enough, and kept.
 
+Paths start at the camera, or at the lamps where that leaves less noise in the same time.
+
 What the halves differ by is the reference's own noise, `reference_flip`. A target counts only where
 the noise is at most half of it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
 from ddgi.errors import DDGIError
+from ddgi.judge import light_tracer
 from ddgi.judge.cache import Key, load, make_folder, store
 from ddgi.judge.metrics import flip_exposures, flip_map
 from ddgi.judge.path_tracer import PathTracer
@@ -27,6 +32,9 @@ DIRECT_SHARE = 2
 MOST_SAMPLES = 2**24
 
 
+Start = Literal["camera", "lamps"]
+
+
 @dataclass(frozen=True)
 class Reference:
     """Path-traced pictures of one view, (H, W, 3) radiance [W/(m^2 sr)]."""
@@ -35,6 +43,7 @@ class Reference:
     direct: np.ndarray  # (H, W, 3) emission and direct light
     spp: int  # samples per pixel in both halves together
     noise: float  # mean FLIP between the halves
+    start: Start  # where its paths start
 
     @property
     def picture(self) -> np.ndarray:
@@ -79,27 +88,69 @@ def make_reference(
     if known is not None and (known.good_for(target) or most_seconds <= 0):
         return known
     make_folder(key)  # before the work starts
-    tracer, start, done = PathTracer(scene), perf_counter(), 0
+    watch.phase("path tracing the reference")
+    makers, begin, done = _makers(scene, camera), perf_counter(), 0
+    start = known.start if known is not None else _better_start(makers)
     while known is None or not known.good_for(target):
         # First a few samples, which tell how long one takes; then as many as the time left allows.
         wanted = FIRST_SAMPLES
         if known is not None and done:
-            spent = perf_counter() - start
+            spent = perf_counter() - begin
             wanted = min(known.spp // 2, MOST_SAMPLES - known.spp, int((most_seconds - spent) * done / spent))
         if wanted < 1:
             break
         watch.phase(f"path tracing the reference, {0 if known is None else known.spp} samples a pixel so far")
-        known, done = _refined(known, tracer, camera, wanted), done + wanted
+        known, done = _refined(known, makers[start], start, wanted), done + wanted
         store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
     assert known is not None  # the first samples are always taken
     return known
 
 
-def _refined(known: Reference | None, tracer: PathTracer, camera: Camera, spp: int) -> Reference:
+Maker = Callable[[int, int], tuple[np.ndarray, np.ndarray]]
+"""From a number of samples per pixel and those made before: both halves, and direct light alone."""
+
+
+def _makers(scene: Scene, camera: Camera) -> dict[Start, Maker]:
+    """The ways to make samples, by where paths start."""
+    tracer = PathTracer(scene)
+
+    def direct(part: int, spp: int, before: int) -> np.ndarray:
+        return tracer.render_direct(camera, spp, _seed(part, before)).picture
+
+    def from_camera(spp: int, before: int) -> tuple[np.ndarray, np.ndarray]:
+        halves = [tracer.render(camera, spp, _seed(half, before)).picture for half in range(2)]
+        return np.stack(halves), direct(2, max(1, spp // DIRECT_SHARE), before)
+
+    if not light_tracer.suits(tracer.scene, camera):
+        return {"camera": from_camera}
+    lamps = light_tracer.LightTracer(tracer.scene)
+
+    def from_lamps(spp: int, before: int) -> tuple[np.ndarray, np.ndarray]:
+        seen = np.stack([direct(half, spp, before) for half in range(2)])
+        indirect = [lamps.render(camera, spp, _seed(half + 2, before)).picture for half in range(2)]
+        return seen + np.stack(indirect), seen.mean(0)
+
+    return {"camera": from_camera, "lamps": from_lamps}
+
+
+def _better_start(makers: dict[Start, Maker]) -> Start:
+    """Where paths start that leave the least noise for their time."""
+    if len(makers) == 1:
+        return next(iter(makers))
+    cost = {}
+    for start, make in makers.items():
+        make(FIRST_SAMPLES, MOST_SAMPLES - 2 * FIRST_SAMPLES)  # compiles, and is not timed
+        begin = perf_counter()
+        halves, _ = make(FIRST_SAMPLES, MOST_SAMPLES - FIRST_SAMPLES)
+        noise = np.abs(halves[0] - halves[1]).mean(dtype=np.float64)
+        cost[start] = noise * noise * (perf_counter() - begin)
+    return min(cost, key=lambda start: cost[start])
+
+
+def _refined(known: Reference | None, make: Maker, start: Start, spp: int) -> Reference:
     """The reference with `spp` more samples in each half."""
     before = 0 if known is None else known.spp // 2
-    halves = np.stack([tracer.render(camera, spp, _seed(half, before)).picture for half in range(2)])
-    direct = tracer.render_direct(camera, max(1, spp // DIRECT_SHARE), _seed(2, before)).picture
+    halves, direct = make(spp, before)
     if not (np.isfinite(halves).all() and np.isfinite(direct).all()):
         raise DDGIError("the path-traced reference holds values that are not numbers")
     share = before / (before + spp)
@@ -109,9 +160,9 @@ def _refined(known: Reference | None, tracer: PathTracer, camera: Camera, spp: i
             for old, new in ((known.halves, halves), (known.direct, direct))
         )
     noise = flip_map(halves[0], halves[1], flip_exposures(halves.mean(0))).mean()
-    return Reference(halves, direct, 2 * (before + spp), float(noise))
+    return Reference(halves, direct, 2 * (before + spp), float(noise), start)
 
 
 def _seed(part: int, before: int) -> int:
-    """First seed of a run of samples: runs of the three parts never overlap."""
+    """First seed of a run of samples: runs of the parts never overlap."""
     return (part + 1) * 2 * MOST_SAMPLES + before

@@ -23,7 +23,7 @@ def table(found: Comparison) -> str:
         )
     truth = found.reference
     verdict = "good enough" if found.valid else "NOT good enough"
-    lines += ["", f"reference: {truth.spp} samples a pixel, FLIP {truth.noise:.4f} between its halves: "
+    lines += ["", f"reference: {truth.spp} paths a pixel from the {truth.start}, FLIP {truth.noise:.4f} between its halves: "
               f"{verdict} for a target of {found.target:g}"]  # fmt: skip
     for name, r in found.rivals.items():
         ours = found.judged[0].single if name == "frame" else found.judged[0].difference
