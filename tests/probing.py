@@ -12,6 +12,7 @@ import numpy as np
 from ddgi.probes import formats, grid, query
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
+from ddgi.probes.texel_fit import texel_fit
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, clock
 from ddgi.settings import RenderSettings
@@ -124,6 +125,7 @@ def hand_made(
         formats.pack(formats.IRRADIANCE[s.irradiance_format], mi.Color3f(*_lanes(stored)), mi.Float(0.5)),
         formats.pack(formats.DISTANCE[s.distance_format], mi.Vector2f(*_lanes(distances)), mi.Float(0.5)),
         dr.opaque(mi.UInt32, 1),
+        texel_fit(s.irradiance_size),
     )
 
 

@@ -52,7 +52,7 @@ _default = RenderSettings()
 _published = replace(
     _default,
     gather=replace(_default.gather, taps="bilinear"),
-    blend=replace(_default.blend, warm_up=0, gamma=1.0, long_distances="clamp"),
+    blend=replace(_default.blend, warm_up=0, gamma=1.0, long_distances="clamp", fit_texels=False),
     query=replace(
         _default.query, sqrt_blending=False, wrap_offset=0.2, visibility_floor=0.05, bias_scale=0.3
     ),

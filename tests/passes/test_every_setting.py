@@ -42,6 +42,7 @@ MAPS = {
     "blend.warm_up": (0, {}),
     "blend.gamma": (3.0, {"blend_gamma": 1.0, "blend_warm_up": 0, "blend_hysteresis": 0.5}),
     "blend.sharpness": (5.0, {}),
+    "blend.fit_texels": (False, {}),
     "blend.long_distances": ("reject", {}),
     "query.trilinear": (False, {}),
     "query.wrap": ("sharp", {}),

@@ -23,6 +23,7 @@ def settings(**values):
         "volume_distance_size": SIZE,
         "rays_per_probe": RAYS,
         "blend_gamma": 1.0,
+        "blend_fit_texels": False,
     }
     return small(**(base | values))
 

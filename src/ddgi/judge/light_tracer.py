@@ -26,13 +26,12 @@ MOST_SURVIVAL = 0.95
 def suits(scene: mi.Scene, camera: Camera) -> bool:
     """Whether paths from the lamps reach all that the camera sees.
 
-    They find no way to it over mirrors and glass, and none from lamps that are infinitely far.
+    They find no way to it over mirrors and glass, and too seldom one from a whole sky.
     """
-    far = int(mi.EmitterFlags.Infinite) | int(mi.EmitterFlags.DeltaDirection)
     matt = int(mi.BSDFFlags.Diffuse)
     return (
         not camera.orthographic
-        and not any(int(lamp.flags()) & far for lamp in scene.emitters())
+        and scene.environment() is None
         and not any(int(shape.bsdf().flags()) & int(mi.BSDFFlags.All) & ~matt for shape in scene.shapes())
     )
 

@@ -27,8 +27,8 @@ from ddgi.scene.scene import Scene
 
 FIRST_SAMPLES = 8
 """Samples per pixel of each half to begin with; doubled until the noise is low enough."""
-DIRECT_SHARE = 2
-"""Direct light alone is less noisy: it takes half the samples."""
+DIRECT_SHARE = {"camera": 2, "lamps": 4}
+"""Direct light alone is less noisy: it takes a half or a quarter of the samples."""
 MOST_SAMPLES = 2**24
 
 
@@ -119,14 +119,14 @@ def _makers(scene: Scene, camera: Camera) -> dict[Start, Maker]:
 
     def from_camera(spp: int, before: int) -> tuple[np.ndarray, np.ndarray]:
         halves = [tracer.render(camera, spp, _seed(half, before)).picture for half in range(2)]
-        return np.stack(halves), direct(2, max(1, spp // DIRECT_SHARE), before)
+        return np.stack(halves), direct(2, max(1, spp // DIRECT_SHARE["camera"]), before)
 
     if not light_tracer.suits(tracer.scene, camera):
         return {"camera": from_camera}
     lamps = light_tracer.LightTracer(tracer.scene)
 
     def from_lamps(spp: int, before: int) -> tuple[np.ndarray, np.ndarray]:
-        seen = np.stack([direct(half, spp, before) for half in range(2)])
+        seen = np.stack([direct(half, max(1, spp // DIRECT_SHARE["lamps"]), before) for half in range(2)])
         indirect = [lamps.render(camera, spp, _seed(half + 2, before)).picture for half in range(2)]
         return seen + np.stack(indirect), seen.mean(0)
 

@@ -50,6 +50,10 @@ class Settings:
     sharpness: Annotated[
         float, Interval(ge=1, le=500), Doc("power of the cosine that weights distances (CTU eq. 4.14)")
     ] = 50.0
+    fit_texels: Annotated[
+        bool,
+        Doc("irradiance texels are fitted to bilinear interpolation, which else lowers peaks (`probes/texel_fit.py`)"),
+    ] = True
     long_distances: Annotated[
         Literal["clamp", "reject", "off"],
         Doc("distances beyond volume.longest_distance: shortened to it, left out (MFF 3.3.2), or kept"),
@@ -81,12 +85,15 @@ def _blend_irradiance(vol, found, alpha, time, layout, s, q):
     size, fmt = layout.irradiance_size, formats.IRRADIANCE[layout.irradiance_format]
     weights = _weights(size, found.directions, 1)
     weights /= at_least(dr.sum(weights, axis=1)[:, None], 1e-6)
+    if s.fit_texels:
+        weights = vol.texel_fit.apply(weights)
     probes, texels = vol.grid.size, size * size
     new = _weighted_sums(weights, dr.ravel(found.radiance), 3, probes)  # (3 P, texels)
 
     lane = dr.arange(mi.UInt32, probes * (size + 2) ** 2)
     probe, texel = _source_texel(lane, size)
     mean = mi.Color3f([dr.gather(mi.Float, new, (probe * 3 + c) * texels + texel) for c in range(3)])
+    mean = at_least(mean, 0)  # fitted weights go a little below zero
     old = formats.read(fmt, vol.irradiance, probe * (size + 2) ** 2 + bordered(texel, size), mi.Bool(True))
     # Blend S^(1/gamma); the map holds S^k.
     k = query.lookup_exponent(q)

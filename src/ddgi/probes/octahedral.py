@@ -65,3 +65,27 @@ def interior(texel: mi.UInt32, size: int) -> mi.UInt32:
     x, y = clamp(x, 0, size - 1), clamp(y, 0, size - 1)
     x, y = dr.select(out_y, size - 1 - x, x), dr.select(out_x, size - 1 - y, y)
     return mi.UInt32(y * size + x)
+
+
+def texel_at(
+    square: mi.Vector2f, size: int, tap: mi.Point2f | None = None
+) -> tuple[mi.UInt32, tuple[mi.Float, mi.Float] | None]:
+    """Which texel of a bordered map to read at a point of the square, and how far towards the next.
+
+    Args:
+        square: (N,) in [-1, 1]^2.
+        size: Interior texels per side.
+        tap: (N,) uniform numbers. With them one of the four texels around is picked with its bilinear
+            weight, and there are no fractions.
+
+    Returns:
+        Number of the first of the four texels, (N,), and the fractions in x and y, or none.
+    """
+    x, y = (dr.fma(c, size / 2, size / 2 + 0.5) for c in (square.x, square.y))
+    if tap is not None:
+        x, y = x + tap.x, y + tap.y
+    column, row = mi.UInt32(x), mi.UInt32(y)
+    texel = row * (size + 2) + column
+    if tap is not None:
+        return texel, None
+    return texel, (x - mi.Float(column), y - mi.Float(row))

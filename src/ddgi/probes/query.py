@@ -16,7 +16,7 @@ from typing_extensions import Doc
 
 from ddgi.extrema import at_least, at_most, clamp
 from ddgi.probes import formats, volume
-from ddgi.probes.octahedral import direction_to_square
+from ddgi.probes.octahedral import direction_to_square, texel_at
 from ddgi.probes.volume import ProbeVolume
 from ddgi.settings_group import settings_group
 
@@ -106,7 +106,7 @@ def irradiance(
     shift = _bias(grid, normal, to_viewer, view_distance, s)
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
-    at_normal = _texel(direction_to_square(normal), layout.irradiance_size, tap)
+    at_normal = texel_at(direction_to_square(normal), layout.irradiance_size, tap)
     # The eight probes share their coordinates along each axis in fours: two values an axis.
     sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]
     shares = [(1 - place[i], place[i]) for i in range(3)]
@@ -181,7 +181,7 @@ def _visibility(vol, probe, from_probe, unit, active, layout, s: Settings, tap) 
     """One-sided Chebyshev bound on the chance that the probe sees the point (CTU eq. 4.5 to 4.9)."""
     length2 = at_least(dr.squared_norm(from_probe), 1e-20)
     r = dr.sqrt(length2) * unit
-    at = _texel(direction_to_square(from_probe), layout.distance_size, tap)
+    at = texel_at(direction_to_square(from_probe), layout.distance_size, tap)
     moments = _interpolate(
         formats.DISTANCE[layout.distance_format], vol.distance, layout.distance_size, probe, at, active
     )
@@ -193,18 +193,6 @@ def _visibility(vol, probe, from_probe, unit, active, layout, s: Settings, tap) 
     elif s.chebyshev_exponent != 1:
         bound = dr.power(bound, s.chebyshev_exponent)
     return dr.select(beyond > 0, at_least(bound, s.visibility_floor), mi.Float(1))
-
-
-def _texel(square: mi.Vector2f, size: int, tap: mi.Point2f | None):
-    """Where a point of the octahedral square lies in a bordered map: (texel, fractions or none)."""
-    x, y = (dr.fma(c, size / 2, size / 2 + 0.5) for c in (square.x, square.y))
-    if tap is not None:
-        x, y = x + tap.x, y + tap.y
-    column, row = mi.UInt32(x), mi.UInt32(y)
-    texel = row * (size + 2) + column
-    if tap is not None:
-        return texel, None
-    return texel, (x - mi.Float(column), y - mi.Float(row))
 
 
 def _interpolate(fmt: formats.Format, store, size: int, probe, at, active):

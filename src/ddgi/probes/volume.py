@@ -13,6 +13,7 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.probes import formats
 from ddgi.probes.grid import ProbeGrid
+from ddgi.probes.texel_fit import TexelFit, texel_fit
 from ddgi.settings_group import settings_group
 
 IrradianceFormat = Literal["float32", "float16", "rgbe8", "r11g11b10"]
@@ -48,6 +49,7 @@ class ProbeVolume:
     irradiance: Any  # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
     distance: Any  # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
     age: mi.UInt32  # (1,) updates since the maps were empty
+    texel_fit: TexelFit  # of irradiance maps
     layout: Settings | None = None  # what the maps were allocated for; None: not known
     exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
 
@@ -84,5 +86,6 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
         formats.allocate(formats.IRRADIANCE[s.irradiance_format], layout.size * (s.irradiance_size + 2) ** 2),
         formats.allocate(formats.DISTANCE[s.distance_format], layout.size * (s.distance_size + 2) ** 2),
         dr.opaque(mi.UInt32, 0),
+        texel_fit(s.irradiance_size),
         layout=s,
     )
