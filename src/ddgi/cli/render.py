@@ -14,6 +14,7 @@ from ddgi.cli.figures import check_figures_file, write_figures
 from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
+from ddgi.plural import counted
 
 if TYPE_CHECKING:
     from ddgi.frame import Frame
@@ -162,7 +163,7 @@ def _summary(figures: dict[str, Any]) -> str:
     spacing = " x ".join(f"{d:.3g}" for d in figures["spacing"])
     width, height = figures["size"]
     return (
-        f"{figures['scene']}, {width}x{height}: {figures['probes']:,} probes ({counts}, {spacing} m apart), "
-        f"{figures['frames']} frames, {figures['frame_ms']:.1f} ms each, exposure {figures['exposure']:+.2f} EV "
+        f"{figures['scene']}, {width}x{height}: {counted(figures['probes'], 'probe')} ({counts}, {spacing} m apart), "
+        f"{counted(figures['frames'], 'frame')}, {figures['frame_ms']:.1f} ms each, exposure {figures['exposure']:+.2f} EV "
         f"-> {', '.join(figures['outputs'])}"
     )

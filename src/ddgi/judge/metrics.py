@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ddgi.errors import DDGIError
+from ddgi.luminance import LUMINANCE
 from ddgi.passes import tone
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ACES = (0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14)
 """Tone curve x (a x + b) / (x (c x + d) + e) by which HDR-FLIP chooses its exposures."""
 BRIGHT = 0.85

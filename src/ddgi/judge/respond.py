@@ -15,9 +15,9 @@ import numpy as np
 from ddgi.errors import SceneError
 from ddgi.frame import advance, render_frame
 from ddgi.judge.watch import NOBODY, Watch
+from ddgi.luminance import LUMINANCE
 from ddgi.probes.field import IrradianceField
 from ddgi.sampling import clock
-from ddgi.scene.image import LUMINANCE
 from ddgi.scene.named_lights import find_light
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ import numpy as np
 from ddgi.errors import DDGIError
 from ddgi.judge.compare import Comparison, Judged
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
-from ddgi.judge.metrics import DARKEST, LUMINANCE, flip_exposures, flip_map
+from ddgi.judge.metrics import DARKEST, flip_exposures, flip_map
+from ddgi.luminance import LUMINANCE
 from ddgi.passes import tone
 
 CAPTION = 22
