@@ -16,6 +16,7 @@ from ddgi.judge.rival import Rival, rival, sample_ms, samples_in
 from ddgi.judge.trial import Outcome, Trial, run
 from ddgi.judge.view import look, remarks
 from ddgi.judge.watch import NOBODY, Watch
+from ddgi.plural import counted
 from ddgi.scene.scene import Scene
 
 RIVAL_SEEDS = (1 << 30, (1 << 30) + (1 << 20))
@@ -62,6 +63,8 @@ class Comparison:
                 "reference_spp": self.reference.spp,
                 "reference_start": self.reference.start,
                 "reference_flip": self.reference.noise,
+                "reference_luminance": self.reference.luminance_noise,
+                "reference_rel_mse": self.reference.rel_mse_noise,
                 "valid": self.valid,
                 "configuration": self.judged[0].outcome.trial.name,
             }
@@ -143,7 +146,7 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
     if not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
-            f"after {truth.spp} samples a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
+            f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
         )
     if not truth.picture.any():
         lines.append("the reference is black")

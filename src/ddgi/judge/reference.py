@@ -2,8 +2,8 @@
 
 Paths start at the camera, or at the lamps where that leaves less noise in the same time.
 
-What the halves differ by is the reference's own noise, `reference_flip`. A target counts only where
-the noise is at most half of it.
+What the halves differ by is the reference's own noise (`ddgi.judge.noise`). A target counts only where
+the noise in FLIP is at most half of it.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ddgi.errors import DDGIError
 from ddgi.judge import light_tracer
 from ddgi.judge.cache import Key, load, make_folder, store
 from ddgi.judge.metrics import flip_exposures, flip_map
+from ddgi.judge.noise import luminance_noise, rel_mse_noise
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.scene.camera import Camera
@@ -54,6 +55,16 @@ class Reference:
     def indirect(self) -> np.ndarray:
         """What bounced at least twice, (H, W, 3); noise may make it negative."""
         return self.picture - self.direct
+
+    @property
+    def luminance_noise(self) -> float:
+        """Standard error of its mean luminance, over that mean."""
+        return luminance_noise(self.halves)
+
+    @property
+    def rel_mse_noise(self) -> float:
+        """What its noise adds to the rel. MSE of any picture held against it."""
+        return rel_mse_noise(self.halves)
 
     def good_for(self, target: float) -> bool:
         """Whether a mean FLIP of `target` can be told from noise."""
