@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
+import mitsuba as mi
+
+from ddgi import __version__
+from ddgi.config import as_table
 from ddgi.errors import SettingsError
 from ddgi.judge import denoiser
 from ddgi.judge.metrics import Difference, difference, load_flip
@@ -67,11 +72,17 @@ class Comparison:
                 "reference_rel_mse": self.reference.rel_mse_noise,
                 "valid": self.valid,
                 "configuration": self.judged[0].outcome.trial.name,
+                "seed": self.judged[0].outcome.trial.settings.seed,
+                "backend": mi.variant(),
+                "versions": {"ddgi": __version__, "mitsuba": mi.__version__, "drjit": dr.__version__},
             }
             | self.judged[0].figures()
             | {
                 "rival": {name: found.figures() for name, found in self.rivals.items()},
-                "configurations": {j.outcome.trial.name: j.figures() for j in self.judged},
+                "configurations": {
+                    j.outcome.trial.name: j.figures() | {"settings": as_table(j.outcome.trial.settings)}
+                    for j in self.judged
+                },
                 "notes": self.notes,
             }
         )
@@ -150,9 +161,21 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
         )
     if not truth.picture.any():
         lines.append("the reference is black")
+    lines += _all_warm_up(judged)
     for j in judged:
         if j.outcome.non_finite:
             lines.append(
                 f"{j.outcome.trial.name}: {j.outcome.non_finite} values were not numbers; taken as black"
             )
     return lines
+
+
+def _all_warm_up(judged: Sequence[Judged]) -> list[str]:
+    """Configurations whose frames are over before the field blends anything, a line each."""
+    return [
+        f"{j.outcome.trial.name}: {counted(j.outcome.frames, 'frame')} and no end of the warm-up "
+        f"(blend.warm_up={j.outcome.trial.settings.blend.warm_up}): what blend.hysteresis and blend.gamma do "
+        "does not show; ask for more frames"
+        for j in judged
+        if j.outcome.frames <= j.outcome.trial.settings.blend.warm_up
+    ]
