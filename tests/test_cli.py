@@ -377,6 +377,8 @@ def shown(monkeypatch, terminal: bool) -> str:
         progress.phase("working", 4)
         progress.step()
         time.sleep(0.2)
+        progress.phase("resting")
+        time.sleep(0.2)
     return "".join(text)
 
 
@@ -386,8 +388,8 @@ def test_progress_on_a_terminal_redraws_and_vanishes(monkeypatch):
     assert text.endswith("\r\x1b[K")
 
 
-def test_progress_in_a_log_is_one_line(monkeypatch):
-    assert shown(monkeypatch, terminal=False) == "ddgi: working ...\n"
+def test_progress_in_a_log_is_one_line_a_phase(monkeypatch):
+    assert shown(monkeypatch, terminal=False) == "ddgi: working ...\nddgi: resting ...\n"
 
 
 def test_quick_work_shows_no_progress():
