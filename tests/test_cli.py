@@ -56,7 +56,7 @@ def test_flicker_measures_and_shows_where(run, tmp_path):
     assert (found["frames"], found["warm_up"], found["hysteresis"]) == (50, 200, 0.97)
     assert f"mean         {found['flicker_mean']:.5f}" in out
     assert "the brightest yellow" in out.splitlines()[-1]
-    assert np.array(mi.Bitmap(str(png))).shape == (20, 24, 3)  # four rows of scale
+    assert np.array(mi.Bitmap(str(png))).shape == (23, 24, 3)  # seven rows of scale
     assert run("flicker", "cornell-point", "-o", exr, *SMALL)[0] == 0
     assert np.array(mi.Bitmap(str(exr))).mean() == pytest.approx(found["flicker_mean"], rel=1e-4)
 
