@@ -171,11 +171,14 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
 
 
 def _all_warm_up(judged: Sequence[Judged]) -> list[str]:
-    """Configurations whose frames are over before the field blends anything, a line each."""
+    """Configurations whose frames are over before the field blends anything, a line for each warm-up."""
+    names: dict[int, list[str]] = {}
+    for outcome in (j.outcome for j in judged):
+        if outcome.frames <= (warm_up := outcome.trial.settings.blend.warm_up):
+            names.setdefault(warm_up, []).append(outcome.trial.name)
+    frames = counted(judged[0].outcome.frames, "frame")
     return [
-        f"{j.outcome.trial.name}: {counted(j.outcome.frames, 'frame')} and no end of the warm-up "
-        f"(blend.warm_up={j.outcome.trial.settings.blend.warm_up}): what blend.hysteresis and blend.gamma do "
-        "does not show; ask for more frames"
-        for j in judged
-        if j.outcome.frames <= j.outcome.trial.settings.blend.warm_up
+        f"{', '.join(those)}: {frames}, no more than the warm-up (blend.warm_up={warm_up}), in which "
+        "blend.hysteresis and blend.gamma change nothing: ask for more frames"
+        for warm_up, those in names.items()
     ]
