@@ -293,7 +293,7 @@ def test_the_unexpected_is_one_line_too(refused, monkeypatch):
     def fail(*_, **__):
         raise ZeroDivisionError("division by zero\nin two lines")
 
-    monkeypatch.setattr("ddgi.frame.render_frame", fail)
+    monkeypatch.setattr("ddgi.still.render_frame", fail)
     text = refused("render", "cornell", "-o", "a.png", *QUICK)
     assert "unexpected ZeroDivisionError: division by zero in two lines (run again with --debug" in text
 
@@ -330,16 +330,16 @@ def test_a_reader_that_leaves_is_no_error():
 
 
 def test_non_finite_light_is_reported(run, tmp_path, monkeypatch):
-    import ddgi.frame
+    import ddgi.still
 
-    original = ddgi.frame.render_frame
+    original = ddgi.still.render_frame
 
     def with_a_bad_ray(*arguments):
         field, frame = original(*arguments)
         field.non_finite = mi.UInt32(3)
         return field, frame
 
-    monkeypatch.setattr(ddgi.frame, "render_frame", with_a_bad_ray)
+    monkeypatch.setattr(ddgi.still, "render_frame", with_a_bad_ray)
     code, _, err = run("render", "cornell-point", "-o", tmp_path / "a.png", *QUICK)
     assert code == 0
     assert "warning: 3 probe rays and 0 pixel samples were not numbers" in err
