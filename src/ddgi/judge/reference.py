@@ -104,7 +104,7 @@ def make_reference(
         return known
     make_folder(key)  # before the work starts
     watch.phase("path tracing the reference")
-    tracer, pace = PathTracer(scene), Pace(most_seconds)
+    pace, tracer = Pace(most_seconds), PathTracer(scene)
     start = known.start if known is not None else _better_start(_makers(tracer, _fewer_pixels(camera)))
     make = _makers(tracer, camera)[start]
     while known is None or not known.good_for(target):
