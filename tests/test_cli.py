@@ -56,7 +56,7 @@ def test_flicker_measures_and_shows_where(run, tmp_path):
     assert (found["frames"], found["warm_up"], found["hysteresis"]) == (50, 200, 0.97)
     assert f"mean         {found['flicker_mean']:.5f}" in out
     assert "the brightest yellow" in out.splitlines()[-1]
-    assert np.array(mi.Bitmap(str(png))).shape == (20, 24, 3)  # four rows of scale
+    assert np.array(mi.Bitmap(str(png))).shape == (23, 24, 3)  # seven rows of scale
     assert run("flicker", "cornell-point", "-o", exr, *SMALL)[0] == 0
     assert np.array(mi.Bitmap(str(exr))).mean() == pytest.approx(found["flicker_mean"], rel=1e-4)
 
@@ -293,7 +293,7 @@ def test_the_unexpected_is_one_line_too(refused, monkeypatch):
     def fail(*_, **__):
         raise ZeroDivisionError("division by zero\nin two lines")
 
-    monkeypatch.setattr("ddgi.frame.render_frame", fail)
+    monkeypatch.setattr("ddgi.still.render_frame", fail)
     text = refused("render", "cornell", "-o", "a.png", *QUICK)
     assert "unexpected ZeroDivisionError: division by zero in two lines (run again with --debug" in text
 
@@ -330,16 +330,16 @@ def test_a_reader_that_leaves_is_no_error():
 
 
 def test_non_finite_light_is_reported(run, tmp_path, monkeypatch):
-    import ddgi.frame
+    import ddgi.still
 
-    original = ddgi.frame.render_frame
+    original = ddgi.still.render_frame
 
     def with_a_bad_ray(*arguments):
         field, frame = original(*arguments)
         field.non_finite = mi.UInt32(3)
         return field, frame
 
-    monkeypatch.setattr(ddgi.frame, "render_frame", with_a_bad_ray)
+    monkeypatch.setattr(ddgi.still, "render_frame", with_a_bad_ray)
     code, _, err = run("render", "cornell-point", "-o", tmp_path / "a.png", *QUICK)
     assert code == 0
     assert "warning: 3 probe rays and 0 pixel samples were not numbers" in err
@@ -377,6 +377,8 @@ def shown(monkeypatch, terminal: bool) -> str:
         progress.phase("working", 4)
         progress.step()
         time.sleep(0.2)
+        progress.phase("resting")
+        time.sleep(0.2)
     return "".join(text)
 
 
@@ -386,8 +388,8 @@ def test_progress_on_a_terminal_redraws_and_vanishes(monkeypatch):
     assert text.endswith("\r\x1b[K")
 
 
-def test_progress_in_a_log_is_one_line(monkeypatch):
-    assert shown(monkeypatch, terminal=False) == "ddgi: working ...\n"
+def test_progress_in_a_log_is_one_line_a_phase(monkeypatch):
+    assert shown(monkeypatch, terminal=False) == "ddgi: working ...\nddgi: resting ...\n"
 
 
 def test_quick_work_shows_no_progress():

@@ -8,7 +8,9 @@ import pytest
 
 from ddgi.cli.compare import _assignments, _trials
 from ddgi.cli.request import SettingsRequest
+from ddgi.config import load_settings, override
 from ddgi.errors import SettingsError
+from ddgi.settings import RenderSettings
 
 QUICK = ["--size", "24x16", "--frames", "4", "--set", "grid.budget=64", "--set", "rays.per_probe=16"]
 
@@ -48,6 +50,36 @@ def test_several_configurations(run):
     assert code == 0, err
     names = ["default", "default query.crush=0", "default query.crush=0.4"]
     assert list(json.loads(out)["configurations"]) == names + [n.replace("default", "classic") for n in names]
+
+
+def test_figures_hold_what_it_takes_to_repeat_them(run):
+    code, out, _ = run(
+        "compare", "cornell-point", "--json", "-", "--no-rivals", "--seconds", "0", "--seed", "7",
+        "--sweep", "blend.gamma=5", *QUICK,
+    )  # fmt: skip
+    assert code == 0
+    found = json.loads(out)
+    assert found["seed"] == 7
+    assert found["backend"] == mi.variant()
+    assert found["versions"].keys() == {"ddgi", "mitsuba", "drjit"}
+    assert all(found["versions"].values())
+    for name, gamma in (("default", 1), ("blend.gamma=5", 5)):
+        settings = override(RenderSettings(), found["configurations"][name]["settings"])
+        sets = ("grid.budget=64", "rays.per_probe=16", "seed=7", f"blend.gamma={gamma}")
+        assert settings == load_settings("default", None, sets)
+
+
+def test_one_preset_beside_several_is_refused(refused):
+    both = ["cornell", "--preset", "default", "--presets", "scale,classic"]
+    assert "--preset or --presets, not both" in refused("compare", *both, code=2)
+
+
+def test_frames_that_are_all_warm_up_are_noted(run):
+    few = ["compare", "cornell-point", "--no-rivals", "--seconds", "0", *QUICK]
+    _, _, err = run(*few, "--sweep", "blend.warm_up=3,4,8")
+    noted = [line for line in err.splitlines() if "warm-up" in line]
+    assert [line.split(": ")[2] for line in noted] == ["default, blend.warm_up=8", "blend.warm_up=4"]
+    assert "4 frames, no more than" in noted[0]
 
 
 def test_a_noisy_reference_is_said_to_be(run):

@@ -1,12 +1,13 @@
 """Settings from outside: what is accepted, what is refused, and in which words."""
 
+import json
 import tomllib
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ddgi.config import load_settings, override, parse_assignment
+from ddgi.config import as_table, load_settings, override, parse_assignment
 from ddgi.errors import SettingsError
 from ddgi.preset_text import SUMMARIES, to_toml
 from ddgi.settings import PRESETS, RenderSettings
@@ -135,3 +136,11 @@ def test_values_never_escape_their_field(text):
     table = parse_assignment("query.crush=" + text)
     assert list(table) == ["query"]
     assert list(table["query"]) == ["crush"]
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_settings_as_a_table_read_back(preset):
+    settings = load_settings(preset, None, ["grid.counts=[4,5,6]", "tone.exposure=1.5"])
+    table = json.loads(json.dumps(as_table(settings)))
+    assert table["grid"]["counts"] == [4, 5, 6]
+    assert override(RenderSettings(), table) == settings

@@ -70,6 +70,20 @@ def override(settings: Any, table: Mapping[str, Any], where: str = "") -> Any:
     return replace(settings, **changed)
 
 
+def as_table(settings: Any) -> dict[str, Any]:
+    """A settings dataclass as a nested table of plain values, which `override` reads back."""
+    return {
+        f.name: as_table(value) if is_dataclass(value) else lists(value)
+        for f in fields(settings)
+        for value in [getattr(settings, f.name)]
+    }
+
+
+def lists(value: Any) -> Any:
+    """Tuples as TOML's arrays, all the way down."""
+    return list(map(lists, value)) if isinstance(value, tuple) else value
+
+
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The content of a TOML file.
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import tomlkit
 
-from ddgi.config import NOTHING
+from ddgi.config import NOTHING, lists
 from ddgi.constraints import accepts, documentation
 from ddgi.settings import RenderSettings
 from ddgi.settings_group import field_hints
@@ -55,7 +55,7 @@ def _plain(value: Any) -> Any:
     """A value as TOML has it."""
     if value is None:
         return NOTHING[0]
-    return [_plain(v) for v in value] if isinstance(value, tuple) else value
+    return lists(value)
 
 
 def _one_line(text: str | None) -> str:

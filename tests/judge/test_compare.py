@@ -11,6 +11,7 @@ from ddgi.errors import DDGIError
 from ddgi.judge import denoiser, sheet
 from ddgi.judge.compare import compare
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
+from ddgi.judge.lettering import text_width, wrapped
 from ddgi.judge.rival import samples_in
 from ddgi.judge.table import front, table
 from ddgi.judge.trial import Trial, run
@@ -47,7 +48,7 @@ def test_figures_are_those_of_the_contract(found):
     figures = found.figures()
     assert figures.keys() >= {
         "flip_mean", "flip_p99", "reference_flip", "luminance_error", "rel_mse", "mff_mean", "mff_max",
-        "reference_spp", "rival", "frames", "valid",
+        "reference_spp", "reference_luminance", "reference_rel_mse", "rival", "frames", "valid",
     }  # fmt: skip
     for name in ("frame", "still"):
         assert figures["rival"][name].keys() == {"spp", "flip_mean", "time_ms", "denoise_ms"}
@@ -88,6 +89,7 @@ def test_table_names_every_configuration_and_the_front(found):
     for name in ("default", "no field", "leaky", "rival, frame", "rival, still", "good enough"):
         assert name in text
     assert "NOT good enough" not in text
+    assert f"rel. MSE + {found.reference.rel_mse_noise:.4f}" in text
 
 
 def test_the_front_holds_what_nothing_beats(found):
@@ -105,12 +107,33 @@ def test_sheet_shows_every_configuration(found):
     page = sheet.sheet(found)
     rows, columns = 4, 5
     assert page.dtype == np.uint8
-    assert page.shape == (
-        rows * (40 + sheet.CAPTION + sheet.GAP) + sheet.GAP,
-        columns * (40 + sheet.GAP) + sheet.GAP,
-        3,
-    )
-    assert (page == sheet.BACKGROUND).all(-1).mean() < 0.6
+    pictures = rows * (40 + sheet.CAPTION + sheet.GAP) + sheet.GAP
+    assert page.shape[0] >= pictures + 3 * sheet.CAPTION, "three lines at the foot"
+    assert (page[pictures:] != sheet.BACKGROUND).any(-1).mean() > 0.01, "with something in them"
+    assert page.shape[1] > columns * (40 + sheet.GAP) + sheet.GAP, "captions are wider than the pictures"
+
+
+def test_captions_keep_apart_on_tiny_pictures():
+    def row(*captions):
+        return [sheet.Tile(caption, np.full((9, 16, 3), 99, np.uint8)) for caption in captions]
+
+    page = sheet._laid_out([row("a caption wider than its picture", "b"), row("c")], ["foot"])
+    line = page[sheet.GAP : sheet.GAP + sheet.CAPTION]
+    written = np.flatnonzero((line != sheet.BACKGROUND).any((0, 2)))
+    picture = np.flatnonzero((page[sheet.GAP + sheet.CAPTION] == 99).all(-1))
+    second = picture[16]
+    assert written[-1] >= second, "the second caption stands over its own picture"
+    assert written[written < second][-1] < second - sheet.GAP, "and the first has ended by then"
+
+
+def test_lines_at_the_foot_are_as_wide_as_there_is_room():
+    text = "red is too bright, blue too dark"
+    lines = list(wrapped(text, 90))
+    assert len(lines) > 1
+    assert all(text_width(line) <= 90 for line in lines)
+    assert " ".join(lines) == text
+    assert list(wrapped(text, 10**4)) == [text]
+    assert list(wrapped("word", 1)) == ["word"]
 
 
 def test_colours_of_errors():

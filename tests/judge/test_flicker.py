@@ -6,6 +6,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from ddgi.judge.digits import bitmap
 from ddgi.judge.false_colour import false_colour, scale_top
 from ddgi.judge.flicker import flicker, mean_change
 from ddgi.settings import PRESETS
@@ -117,8 +118,38 @@ def test_scales_end_at_round_numbers(high, top):
 
 def test_colours_rise_in_lightness():
     colours = false_colour(np.linspace(0, 2, 50)[None], 1.0)
-    assert colours.shape == (5, 50, 3)
+    assert colours.shape == (8, 50, 3)
     lightness = colours[0] @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(lightness) >= 0).all()
     assert lightness[0] < 1e-3
     assert lightness[25:] == pytest.approx(lightness[-1])
+
+
+def test_the_scale_has_numbers():
+    values = np.zeros((480, 300))
+    scale, tenfold = (false_colour(values, top)[480:] for top in (0.05, 0.5))
+    assert scale.shape == (20, 300, 3), "a 24th of the height"
+    none, most = scale[:, :150], scale[:, 150:]
+    assert (none == 1).all(-1).sum() == 12 * 2**2, "0 in white: twelve pixels, each two by two"
+    assert (most == 0).all(-1).sum() > (tenfold[:, 150:] == 0).all(-1).sum(), "0.05 in black, longer than 0.5"
+
+
+def test_a_scale_too_narrow_for_numbers_has_none():
+    scale = false_colour(np.zeros((10, 12)), 0.005)[10:]
+    assert np.allclose(scale, scale[:1])
+
+
+@pytest.mark.parametrize("exponent", range(-9, 8))
+@pytest.mark.parametrize("step", [1, 2, 5])
+def test_every_scale_can_be_written(exponent, step):
+    assert bitmap(step * 10.0**exponent).shape[0] == 5
+
+
+def test_digits_are_drawn():
+    assert ["".join(".#"[int(x)] for x in row) for row in bitmap(1.5)] == [
+        ".#....###",
+        "##....#..",
+        ".#....###",
+        ".#......#",
+        "###.#.###",
+    ]

@@ -8,8 +8,8 @@ import pytest
 import ddgi
 from ddgi.judge import cache
 from ddgi.judge.path_tracer import PathTracer
-from ddgi.judge.reference import make_reference
-from ddgi.scene.camera import look_at
+from ddgi.judge.reference import PILOT_PIXELS, _fewer_pixels, make_reference
+from ddgi.scene.camera import look_at, with_size
 
 
 @pytest.fixture(scope="module")
@@ -111,6 +111,15 @@ def test_time_runs_out_and_it_says_so(scene, tmp_path):
     assert not found.good_for(1e-4)
     again = make_reference(scene, scene.camera, 1e-4, 1e-3, tmp_path)
     assert again.spp == 32, "a few samples to see how long one takes, however many there are already"
+
+
+@pytest.mark.parametrize(
+    ("size", "fewer"), [((24, 24), (24, 24)), ((1920, 1080), (120, 67)), ((180, 3840), (19, 418))]
+)
+def test_the_pilot_looks_at_few_pixels(scene, size, fewer):
+    found = _fewer_pixels(with_size(scene.camera, size)).size
+    assert found == pytest.approx(fewer, abs=1)
+    assert found[0] * found[1] <= PILOT_PIXELS
 
 
 def test_files_that_do_not_fit_are_ignored(scene, tmp_path, monkeypatch):

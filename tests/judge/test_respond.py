@@ -1,10 +1,12 @@
 """Response: of one bounce, known on paper; and what is said where there is none."""
 
+import mitsuba as mi
 import numpy as np
 import pytest
 
 from ddgi.errors import SceneError
 from ddgi.judge.respond import frames_to_cover, respond
+from ddgi.scene.camera import look_at
 from probing import camera_in, dark_light, diffuse, load, rgb, room, small
 
 
@@ -103,8 +105,42 @@ def test_lights_without_effect_are_refused():
     scene = scene_with(bulb=bulb(0.2), off=dark_light())
     with pytest.raises(SceneError, match="light 'off' hardly changes the indirect light"):
         respond(scene, settings(), "off")
-    with pytest.raises(SceneError, match="the lights together hardly change"):
+    with pytest.raises(SceneError, match=r"no indirect light \(it is black\)"):
         respond(scene.dimmed(None, 0), settings())
+
+
+def lone(shape):
+    """One shape under a point light, and nothing for the light to bounce to."""
+    lamp = {"type": "point", "position": [0.2, 0.1, 1.5], "intensity": rgb(1.0)}
+    view = look_at((0, -2, 2), (0, 0, 0), up=(0, 0, 1), size=(16, 12))
+    return load({"type": "scene", "shape": shape | {"bsdf": diffuse(0.8)}, "lamp": lamp}, camera=view)
+
+
+@pytest.mark.parametrize(
+    ("scene", "why"),
+    [
+        (lambda: scene_with(0.0, bulb=bulb(0.2)), "it is black"),
+        (lambda: lone({"type": "rectangle"}), "all its light is direct"),
+        (lambda: lone({"type": "sphere", "radius": 0.3}), "all its light is direct"),
+    ],
+    ids=["black room", "floor", "ball"],
+)
+def test_direct_light_alone_is_refused(scene, why):
+    with pytest.raises(SceneError, match=rf"no indirect light \({why}\)"):
+        respond(scene(), settings())
+
+
+def test_the_field_alone_lights_what_no_lamp_reaches():
+    """All lamps are left to the field: there is no direct light to compare with."""
+    lamp = {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f().translate([0, 0.95, 0]).rotate([1, 0, 0], 90).scale(0.4),
+        "emitter": {"type": "area", "radiance": rgb(3.0)},
+        "bsdf": diffuse(0.0),
+    }
+    scene = load(room(diffuse(0.5), lamp=lamp), camera=camera_in((16, 12)))
+    s = one_bounce(blend_hysteresis=0.9, direct_area="field", rays_per_probe=1024)
+    assert respond(scene, s).off.frames is not None
 
 
 def test_unknown_lights_are_refused_before_the_work():

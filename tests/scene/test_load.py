@@ -164,6 +164,15 @@ def test_unknown_names_and_files(tmp_path):
     refused(tmp_path / "e.xml", "empty")
 
 
+def test_what_is_no_source_is_named_by_its_type():
+    from ddgi.scene.library import BUILT_IN
+    from ddgi.scene.load import load_scene
+
+    with pytest.raises(SceneError) as refused:
+        load_scene(BUILT_IN["cornell"].build())
+    assert str(refused.value) == "a scene is a name, a path or a dictionary, not a Blueprint"
+
+
 def test_malformed_xml(tmp_path):
     path = tmp_path / "m.xml"
     path.write_text('<scene version="3.0.0">\n<shape type="rectangle">\n')

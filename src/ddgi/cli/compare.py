@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from ddgi.cli.figures import STDOUT, check_figures_file, write_figures
 from ddgi.cli.options import FILE, json_option, request_options
@@ -69,6 +70,7 @@ def compare(
 
     The reference is kept, and refined when asked for more ($DDGI_CACHE_DIR, or the user's cache folder).
     """
+    _check_presets(presets)
     with Progress() as progress:
         progress.phase("starting")
         settings_request.start_backend()
@@ -99,6 +101,18 @@ def compare(
         click.echo(table(found))
     if json_file is not None:
         write_figures(json_file, found.figures())
+
+
+def _check_presets(presets: str | None) -> None:
+    """Refuse a --preset beside --presets, which would not count.
+
+    Raises:
+        click.UsageError: Both were given.
+    """
+    context = click.get_current_context()
+    asked = context.get_parameter_source("preset") not in (None, ParameterSource.DEFAULT)
+    if presets is not None and asked:
+        raise click.UsageError("give --preset or --presets, not both", context)
 
 
 def _write_sheet(path: Path, found: Comparison) -> None:

@@ -1,6 +1,6 @@
 """Progress on stderr, for anything that takes over two seconds.
 
-On a terminal a bar that redraws itself and vanishes; elsewhere one line, so that logs stay short.
+On a terminal a bar that redraws itself and vanishes; elsewhere a line for each phase, so that logs stay short.
 """
 
 from __future__ import annotations
@@ -55,14 +55,15 @@ class Progress:
             self._write("\r\x1b[K")
 
     def _draw_on(self) -> None:
-        wait = PATIENCE
+        wait, logged = PATIENCE, ""
         while not self._over.wait(wait):
             wait = REDRAW
             self._drawn = True
-            if not self._terminal:
-                self._write(f"ddgi: {self._text} ...\n")
-                return
-            self._write(f"\r\x1b[K{self._line()}")
+            if self._terminal:
+                self._write(f"\r\x1b[K{self._line()}")
+            elif self._text != logged:
+                logged = self._text
+                self._write(f"ddgi: {logged} ...\n")
 
     def _line(self) -> str:
         elapsed = f"{monotonic() - self._started:.0f} s"

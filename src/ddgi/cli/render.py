@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +13,12 @@ from ddgi.cli.figures import check_figures_file, write_figures
 from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
+from ddgi.plural import counted
 
 if TYPE_CHECKING:
-    from ddgi.frame import Frame
-    from ddgi.probes.field import IrradianceField
     from ddgi.scene.scene import Scene
     from ddgi.settings import RenderSettings
+    from ddgi.still import Still
 
 
 @click.command()
@@ -73,6 +72,7 @@ def _render(
     """Do it all; what can be refused is refused before the first ray."""
     settings_request.start_backend()
     from ddgi.output import check_writable, save
+    from ddgi.still import still
 
     for path in outputs:
         check_writable(path)
@@ -85,65 +85,35 @@ def _render(
     start = perf_counter()
     scene = scene_request.open(source)
     load_s = perf_counter() - start
-    result = _run(scene, settings, frames, progress)
+    progress.phase(f"rendering {scene.name}", frames)
+    done = still(scene, settings, frames, progress.step)
     progress.phase("writing")
     for path in outputs:
-        save(path, result.frame, settings.tone)
-    return {"outputs": [str(path) for path in outputs], "load_s": load_s} | result.figures()
+        save(path, done.frame, settings.tone)
+    return {"outputs": [str(path) for path in outputs], "load_s": load_s} | _figures(scene, settings, done)
 
 
-@dataclass
-class Run:
-    """A finished rendering."""
+def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, Any]:
+    """What was rendered and how long it took, by name."""
+    import numpy as np
 
-    scene: Scene
-    settings: RenderSettings
-    field: IrradianceField
-    frame: Frame
-    milliseconds: list[float]  # of each frame
+    from ddgi.passes.tone import automatic_exposure
 
-    def figures(self) -> dict[str, Any]:
-        """What it was and how long it took, by name."""
-        import numpy as np
-
-        from ddgi.passes.tone import automatic_exposure
-
-        grid, exposure = self.field.volumes[0].grid, self.settings.tone.exposure
-        return {
-            "scene": self.scene.name,
-            "size": list(self.frame.size),
-            "frames": len(self.milliseconds),
-            "triangles": self.scene.triangles,
-            "probes": self.field.probes,
-            "counts": list(grid.counts),
-            "spacing": [float(x) for x in np.ravel(grid.spacing)],
-            "first_frame_ms": self.milliseconds[0],
-            "frame_ms": median(self.milliseconds[len(self.milliseconds) // 2 :]),
-            "exposure": automatic_exposure(self.frame.numpy()) if exposure is None else exposure,
-            "non_finite": {"rays": int(self.field.non_finite[0]), "pixels": self.frame.non_finite},
-            "notes": list(self.scene.notes),
-        }
-
-
-def _run(scene: Scene, settings: RenderSettings, frames: int, progress: Progress) -> Run:
-    """Render all frames."""
-    import drjit as dr
-
-    from ddgi.frame import render_frame
-    from ddgi.probes.field import IrradianceField
-
-    progress.phase(f"rendering {scene.name}", frames)
-    field = IrradianceField.fit(scene, settings)
-    frame: Frame | None = None
-    milliseconds = []
-    for tick in range(frames):
-        start = perf_counter()
-        field, frame = render_frame(scene, field, scene.camera, tick, settings, frame)
-        dr.sync_thread()
-        milliseconds.append((perf_counter() - start) * 1e3)
-        progress.step()
-    assert frame is not None  # frames >= 1
-    return Run(scene, settings, field, frame, milliseconds)
+    grid, exposure = done.field.volumes[0].grid, settings.tone.exposure
+    return {
+        "scene": scene.name,
+        "size": list(done.frame.size),
+        "frames": len(done.milliseconds),
+        "triangles": scene.triangles,
+        "probes": done.field.probes,
+        "counts": list(grid.counts),
+        "spacing": [float(x) for x in np.ravel(grid.spacing)],
+        "first_frame_ms": done.milliseconds[0],
+        "frame_ms": done.frame_ms,
+        "exposure": automatic_exposure(done.frame.numpy()) if exposure is None else exposure,
+        "non_finite": {"rays": int(done.field.non_finite[0]), "pixels": done.frame.non_finite},
+        "notes": list(scene.notes),
+    }
 
 
 def _remarks(figures: dict[str, Any]) -> list[str]:
@@ -162,7 +132,7 @@ def _summary(figures: dict[str, Any]) -> str:
     spacing = " x ".join(f"{d:.3g}" for d in figures["spacing"])
     width, height = figures["size"]
     return (
-        f"{figures['scene']}, {width}x{height}: {figures['probes']:,} probes ({counts}, {spacing} m apart), "
-        f"{figures['frames']} frames, {figures['frame_ms']:.1f} ms each, exposure {figures['exposure']:+.2f} EV "
+        f"{figures['scene']}, {width}x{height}: {counted(figures['probes'], 'probe')} ({counts}, {spacing} m apart), "
+        f"{counted(figures['frames'], 'frame')}, {figures['frame_ms']:.1f} ms each, exposure {figures['exposure']:+.2f} EV "
         f"-> {', '.join(figures['outputs'])}"
     )

@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
+import mitsuba as mi
+
+from ddgi import __version__
+from ddgi.config import as_table
 from ddgi.errors import SettingsError
 from ddgi.judge import denoiser
 from ddgi.judge.metrics import Difference, difference, load_flip
@@ -16,6 +21,7 @@ from ddgi.judge.rival import Rival, rival, sample_ms, samples_in
 from ddgi.judge.trial import Outcome, Trial, run
 from ddgi.judge.view import look, remarks
 from ddgi.judge.watch import NOBODY, Watch
+from ddgi.plural import counted
 from ddgi.scene.scene import Scene
 
 RIVAL_SEEDS = (1 << 30, (1 << 30) + (1 << 20))
@@ -62,13 +68,21 @@ class Comparison:
                 "reference_spp": self.reference.spp,
                 "reference_start": self.reference.start,
                 "reference_flip": self.reference.noise,
+                "reference_luminance": self.reference.luminance_noise,
+                "reference_rel_mse": self.reference.rel_mse_noise,
                 "valid": self.valid,
                 "configuration": self.judged[0].outcome.trial.name,
+                "seed": self.judged[0].outcome.trial.settings.seed,
+                "backend": mi.variant(),
+                "versions": {"ddgi": __version__, "mitsuba": mi.__version__, "drjit": dr.__version__},
             }
             | self.judged[0].figures()
             | {
                 "rival": {name: found.figures() for name, found in self.rivals.items()},
-                "configurations": {j.outcome.trial.name: j.figures() for j in self.judged},
+                "configurations": {
+                    j.outcome.trial.name: j.figures() | {"settings": as_table(j.outcome.trial.settings)}
+                    for j in self.judged
+                },
                 "notes": self.notes,
             }
         )
@@ -143,13 +157,28 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
     if not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
-            f"after {truth.spp} samples a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
+            f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
         )
     if not truth.picture.any():
         lines.append("the reference is black")
+    lines += _all_warm_up(judged)
     for j in judged:
         if j.outcome.non_finite:
             lines.append(
                 f"{j.outcome.trial.name}: {j.outcome.non_finite} values were not numbers; taken as black"
             )
     return lines
+
+
+def _all_warm_up(judged: Sequence[Judged]) -> list[str]:
+    """Configurations whose frames are over before the field blends anything, a line for each warm-up."""
+    names: dict[int, list[str]] = {}
+    for outcome in (j.outcome for j in judged):
+        if outcome.frames <= (warm_up := outcome.trial.settings.blend.warm_up):
+            names.setdefault(warm_up, []).append(outcome.trial.name)
+    frames = counted(judged[0].outcome.frames, "frame")
+    return [
+        f"{', '.join(those)}: {frames}, no more than the warm-up (blend.warm_up={warm_up}), in which "
+        "blend.hysteresis and blend.gamma change nothing: ask for more frames"
+        for warm_up, those in names.items()
+    ]

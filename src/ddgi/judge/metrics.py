@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ddgi.errors import DDGIError
+from ddgi.luminance import LUMINANCE
 from ddgi.passes import tone
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ACES = (0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14)
 """Tone curve x (a x + b) / (x (c x + d) + e) by which HDR-FLIP chooses its exposures."""
 BRIGHT = 0.85
@@ -54,13 +54,11 @@ def difference(picture: np.ndarray, reference: np.ndarray) -> Difference:
     errors = flip_map(picture, reference, exposures)
     shown = tone.Settings(exposure=tone.automatic_exposure(reference))
     apart = np.abs(tone.tone_map(picture, shown) - tone.tone_map(reference, shown)).sum(-1)
-    x, r = picture.astype(np.float64), reference.astype(np.float64)
-    scale = max(0.01 * r.mean() ** 2, DARKEST**2)
     return Difference(
         flip_mean=float(errors.mean()),
         flip_p99=float(np.percentile(errors, 99)),
         luminance_error=luminance_error(picture, reference),
-        rel_mse=float(((x - r) ** 2 / (r**2 + scale)).mean()),
+        rel_mse=rel_mse(picture.astype(np.float64) - reference, reference),
         mff_mean=float(apart.mean()),
         mff_max=float(apart.max()),
         exposures=exposures,
@@ -88,6 +86,13 @@ def luminance_error(picture: np.ndarray, reference: np.ndarray) -> float:
     """(mean Y - mean Y_ref) / mean Y_ref, by luminance of Rec.709."""
     ours, truth = (float((p.astype(np.float64) @ LUMINANCE).mean()) for p in (picture, reference))
     return (ours - truth) / max(truth, DARKEST)
+
+
+def rel_mse(error: np.ndarray, reference: np.ndarray) -> float:
+    """Mean of error^2 / (r^2 + 0.01 mean(r)^2). error, reference: (H, W, 3)."""
+    r = reference.astype(np.float64)
+    scale = max(0.01 * r.mean() ** 2, DARKEST**2)
+    return float((error.astype(np.float64) ** 2 / (r**2 + scale)).mean())
 
 
 def flip_exposures(reference: np.ndarray) -> tuple[float, float, int]:

@@ -66,7 +66,7 @@ class PathTracer:
         lanes = width * height * count
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(seed, lanes)
-        pixel = dr.arange(mi.UInt32, lanes) // count
+        pixel = dr.arange(mi.UInt32, lanes) // dr.opaque(mi.UInt32, count)  # one kernel for all counts
         origin, direction = camera_rays(camera, pixel, mi.Point2f(sampler.next_2d()))
         ray = mi.RayDifferential3f(mi.Ray3f(origin, direction))
         radiance, _, _ = integrator.sample(self.scene, sampler, ray)

@@ -2,8 +2,8 @@
 
 Paths start at the camera, or at the lamps where that leaves less noise in the same time.
 
-What the halves differ by is the reference's own noise, `reference_flip`. A target counts only where
-the noise is at most half of it.
+What the halves differ by is the reference's own noise (`ddgi.judge.noise`). A target counts only where
+the noise in FLIP is at most half of it.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ from ddgi.errors import DDGIError
 from ddgi.judge import light_tracer
 from ddgi.judge.cache import Key, load, make_folder, store
 from ddgi.judge.metrics import flip_exposures, flip_map
+from ddgi.judge.noise import luminance_noise, rel_mse_noise
+from ddgi.judge.pace import Pace
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
-from ddgi.scene.camera import Camera
+from ddgi.scene.camera import Camera, with_size
 from ddgi.scene.scene import Scene
 
 FIRST_SAMPLES = 8
@@ -30,6 +32,8 @@ FIRST_SAMPLES = 8
 DIRECT_SHARE = {"camera": 2, "lamps": 4}
 """Direct light alone is less noisy: it takes a half or a quarter of the samples."""
 MOST_SAMPLES = 2**24
+PILOT_PIXELS = 2**13
+"""Most pixels of the pilot: as many as tell noise, few enough to cost little."""
 
 
 Start = Literal["camera", "lamps"]
@@ -55,6 +59,16 @@ class Reference:
         """What bounced at least twice, (H, W, 3); noise may make it negative."""
         return self.picture - self.direct
 
+    @property
+    def luminance_noise(self) -> float:
+        """Standard error of its mean luminance, over that mean."""
+        return luminance_noise(self.halves)
+
+    @property
+    def rel_mse_noise(self) -> float:
+        """What its noise adds to the rel. MSE of any picture held against it."""
+        return rel_mse_noise(self.halves)
+
     def good_for(self, target: float) -> bool:
         """Whether a mean FLIP of `target` can be told from noise."""
         return self.noise <= target / 2
@@ -74,7 +88,8 @@ def make_reference(
         scene: What there is; its `source` is rendered.
         camera: The view.
         target: Mean FLIP that it must be able to tell from noise.
-        most_seconds: Time for new samples; the noise reached is stated in the result.
+        most_seconds: Time for new samples; the noise reached is stated in the result. The first
+            samples are made however long they take.
         folder: Where references are kept; None: the default one (`ddgi.judge.cache`).
         watch: Told what is going on.
 
@@ -89,19 +104,22 @@ def make_reference(
         return known
     make_folder(key)  # before the work starts
     watch.phase("path tracing the reference")
-    makers, begin, done = _makers(scene, camera), perf_counter(), 0
-    start = known.start if known is not None else _better_start(makers)
+    pace, tracer = Pace(most_seconds), PathTracer(scene)
+    start = known.start if known is not None else _better_start(_makers(tracer, _fewer_pixels(camera)))
+    make = _makers(tracer, camera)[start]
     while known is None or not known.good_for(target):
         # First a few samples, which tell how long one takes; then as many as the time left allows.
-        wanted = FIRST_SAMPLES
-        if known is not None and done:
-            spent = perf_counter() - begin
-            wanted = min(known.spp // 2, MOST_SAMPLES - known.spp, int((most_seconds - spent) * done / spent))
+        wanted, before = FIRST_SAMPLES, 0 if known is None else known.spp // 2
+        if pace.samples:
+            wanted = min(before, MOST_SAMPLES - 2 * before, pace.affordable())
         if wanted < 1:
             break
-        watch.phase(f"path tracing the reference, {0 if known is None else known.spp} samples a pixel so far")
-        known, done = _refined(known, makers[start], start, wanted), done + wanted
-        store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
+        watch.phase(f"path tracing the reference, {2 * before} samples a pixel so far")
+        with pace.sampling(wanted):
+            fresh = make(wanted, before)
+        with pace.judging():
+            known = _refined(known, *fresh, start, wanted)
+            store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
     assert known is not None  # the first samples are always taken
     return known
 
@@ -110,9 +128,8 @@ Maker = Callable[[int, int], tuple[np.ndarray, np.ndarray]]
 """From a number of samples per pixel and those made before: both halves, and direct light alone."""
 
 
-def _makers(scene: Scene, camera: Camera) -> dict[Start, Maker]:
+def _makers(tracer: PathTracer, camera: Camera) -> dict[Start, Maker]:
     """The ways to make samples, by where paths start."""
-    tracer = PathTracer(scene)
 
     def direct(part: int, spp: int, before: int) -> np.ndarray:
         return tracer.render_direct(camera, spp, _seed(part, before)).picture
@@ -133,6 +150,13 @@ def _makers(scene: Scene, camera: Camera) -> dict[Start, Maker]:
     return {"camera": from_camera, "lamps": from_lamps}
 
 
+def _fewer_pixels(camera: Camera) -> Camera:
+    """The same view in a picture of `PILOT_PIXELS` at most."""
+    width, height = camera.size
+    share = min(1.0, (PILOT_PIXELS / (width * height)) ** 0.5)
+    return with_size(camera, (max(1, int(share * width)), max(1, int(share * height))))
+
+
 def _better_start(makers: dict[Start, Maker]) -> Start:
     """Where paths start that leave the least noise for their time."""
     if len(makers) == 1:
@@ -147,10 +171,11 @@ def _better_start(makers: dict[Start, Maker]) -> Start:
     return min(cost, key=lambda start: cost[start])
 
 
-def _refined(known: Reference | None, make: Maker, start: Start, spp: int) -> Reference:
+def _refined(
+    known: Reference | None, halves: np.ndarray, direct: np.ndarray, start: Start, spp: int
+) -> Reference:
     """The reference with `spp` more samples in each half."""
     before = 0 if known is None else known.spp // 2
-    halves, direct = make(spp, before)
     if not (np.isfinite(halves).all() and np.isfinite(direct).all()):
         raise DDGIError("the path-traced reference holds values that are not numbers")
     share = before / (before + spp)

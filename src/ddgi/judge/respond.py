@@ -15,9 +15,10 @@ import numpy as np
 from ddgi.errors import SceneError
 from ddgi.frame import advance, render_frame
 from ddgi.judge.watch import NOBODY, Watch
+from ddgi.luminance import LUMINANCE
+from ddgi.passes.picture import Picture
 from ddgi.probes.field import IrradianceField
 from ddgi.sampling import clock
-from ddgi.scene.image import LUMINANCE
 from ddgi.scene.named_lights import find_light
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ MEASURED = 50
 """The last frames of them, whose mean is the steady level."""
 LIMIT = 600
 """Frames after which a step counts as never covered."""
+LEAST_SHARE = 1e-3
+"""Of the direct light: less indirect light than that is the field's own error and no bounce."""
 LEAST_STEP = 50
 """Of the steady level's spread between frames: 90 % of a smaller step drowns in the noise."""
 
@@ -74,6 +77,7 @@ class _Steady:
     scene: Scene
     field: IrradianceField
     levels: np.ndarray  # mean luminance of the last frames [W/(m^2 sr)]
+    direct: float  # median luminance of direct light where there is some [W/(m^2 sr)]
 
     @property
     def level(self) -> float:
@@ -101,15 +105,17 @@ def respond(
         watch: Told how far it is.
 
     Raises:
-        SceneError: There is no such light; or it does not change the indirect light of the picture,
-            or so little that the step drowns in the noise.
+        SceneError: There is no such light; or the picture has no indirect light; or the light does
+            not change it, or so little that the step drowns in the noise.
         SettingsError: The field cannot be laid out.
     """
     s = replace(s, gbuffer=replace(s.gbuffer, antialias=False))
     s = replace(s, direct=replace(s.direct, camera_samples=1))  # nobody looks at direct light
     name = None if light is None else find_light(scene.named_lights, light).name
     dark = scene.dimmed(light, 0)
-    lit, unlit = _converge(scene, s, "on", watch), _converge(dark, s, "off", watch)
+    lit = _converge(scene, s, "on", watch)
+    _check_bounces(lit)
+    unlit = _converge(dark, s, "off", watch)
     noise = _noise(lit, unlit, name)
     off = _follow(lit, unlit, s, limit, "off", watch)
     on = _follow(unlit, lit, s, limit, "on", watch)
@@ -139,10 +145,10 @@ def _converge(scene: Scene, s: RenderSettings, state: str, watch: Watch) -> _Ste
         watch.step()
     levels = []
     for tick in range(CONVERGE - MEASURED, CONVERGE):
-        field, level = _frame(scene, field, tick, s)
-        levels.append(level)
+        field, picture = _frame(scene, field, tick, s)
+        levels.append(_level(picture))
         watch.step()
-    return _Steady(scene, field, np.array(levels))
+    return _Steady(scene, field, np.array(levels), _lit_median(picture))
 
 
 def _follow(
@@ -153,8 +159,8 @@ def _follow(
     s = replace(s, blend=replace(s.blend, warm_up=0))  # over for any hysteresis
     field, curve = before.field, [float(before.levels[-1])]
     for tick in range(CONVERGE, CONVERGE + limit):
-        field, level = _frame(after.scene, field, tick, s)
-        curve.append(level)
+        field, picture = _frame(after.scene, field, tick, s)
+        curve.append(_level(picture))
         watch.step()
         if (frames := frames_to_cover(np.array(curve), after.level)) is not None:
             return Response(frames, tuple(curve))
@@ -163,10 +169,35 @@ def _follow(
 
 def _frame(
     scene: Scene, field: IrradianceField, tick: int, s: RenderSettings
-) -> tuple[IrradianceField, float]:
-    """The field after one frame, and the mean luminance of that frame's indirect layer."""
+) -> tuple[IrradianceField, Picture]:
+    """The field after one frame, and that frame."""
     field, frame = render_frame(scene, field, scene.camera, tick, s)
-    return field, float(LUMINANCE @ np.array(frame.picture.indirect, np.float64).mean(axis=1))
+    return field, frame.picture
+
+
+def _level(picture: Picture) -> float:
+    """Mean luminance of the indirect layer."""
+    return float(LUMINANCE @ np.array(picture.indirect, np.float64).mean(axis=1))
+
+
+def _lit_median(picture: Picture) -> float:
+    """Median luminance of direct light over the pixels that have some: a lamp in view does not count for more."""
+    luminance = LUMINANCE @ np.array(picture.immediate, np.float64)
+    return float(np.median(luminance[luminance > 0])) if (luminance > 0).any() else 0.0
+
+
+def _check_bounces(lit: _Steady) -> None:
+    """Refuse a picture without indirect light.
+
+    Raises:
+        SceneError: It has none, or what it has is the field's own error.
+    """
+    if lit.level <= LEAST_SHARE * lit.direct:
+        why = "it is black" if lit.direct == 0 else "all its light is direct"
+        raise SceneError(
+            f"nothing to follow: the picture has no indirect light ({why}): choose a camera that sees lit "
+            "surfaces which light each other"
+        )
 
 
 def _noise(lit: _Steady, unlit: _Steady, light: str | None) -> float:

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import accumulate, zip_longest
 
 import numpy as np
 
-from ddgi.errors import DDGIError
 from ddgi.judge.compare import Comparison, Judged
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
-from ddgi.judge.metrics import DARKEST, LUMINANCE, flip_exposures, flip_map
+from ddgi.judge.lettering import text_width, wrapped, written
+from ddgi.judge.metrics import DARKEST, flip_exposures, flip_map
+from ddgi.judge.table import reference_lines
+from ddgi.luminance import LUMINANCE
 from ddgi.passes import tone
+from ddgi.plural import counted
 
 CAPTION = 22
 """Height of the line of text above a picture [pixels]."""
 GAP = 4
 BACKGROUND, INK = 24, 230
+LEGEND = (
+    "FLIP error: from black, 0, through purple, red and orange to yellow, 1. "
+    "Luminance: red is too bright, blue too dark; full colour at 50 %."
+)
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,8 @@ def sheet(found: Comparison) -> np.ndarray:
 
     Every row: picture, direct light, indirect light, FLIP error, signed relative error of luminance
     (full colour at 50 %; the dark counts less). In the reference's row the error is that between its
-    halves, and the last place belongs to the rival of equal time.
+    halves, and the last place belongs to the rival of equal time. At the foot: what the colours mean, and
+    whether the reference is good enough.
 
     Raises:
         DDGIError: Pillow is not installed.
@@ -51,7 +59,9 @@ def sheet(found: Comparison) -> np.ndarray:
         frame = found.rivals["frame"]
         caption = f"rival, {frame.spp} spp denoised: {frame.difference.flip_mean:.4f}"
         first.append(Tile(caption, _display(frame.picture, shown)))
-    return _laid_out([first, *(_row(found, j, shown) for j in found.judged)])
+    return _laid_out(
+        [first, *(_row(found, j, shown) for j in found.judged)], [LEGEND, *reference_lines(found)]
+    )
 
 
 def _map(shares: np.ndarray, codes: Sequence[str]) -> np.ndarray:
@@ -69,7 +79,7 @@ def _row(found: Comparison, j: Judged, shown: tone.Settings) -> list[Tile]:
     out, truth = j.outcome, found.reference
     excess = relative_excess(out.picture, truth.picture)
     return [
-        Tile(f"{out.trial.name}, {out.frames} frames", _display(out.picture, shown)),
+        Tile(f"{out.trial.name}, {counted(out.frames, 'frame')}", _display(out.picture, shown)),
         Tile("direct", _display(out.direct, shown)),
         Tile("indirect", _display(out.indirect, shown)),
         Tile(f"FLIP {j.difference.flip_mean:.4f}", _map(j.difference.flip_map, INFERNO)),
@@ -81,31 +91,23 @@ def _display(radiance: np.ndarray, shown: tone.Settings) -> np.ndarray:
     return np.rint(tone.tone_map(np.maximum(radiance, 0), shown) * 255).astype(np.uint8)
 
 
-def _laid_out(rows: list[list[Tile]]) -> np.ndarray:
-    """Tiles of one size in a grid, captions above."""
+def _laid_out(rows: list[list[Tile]], foot: Sequence[str]) -> np.ndarray:
+    """Tiles in a grid, captions above, columns as wide as their widest caption; lines of text at the foot."""
     height, width, _ = rows[0][0].pixels.shape
-    cell_h, cell_w = height + CAPTION + GAP, width + GAP
-    columns = max(map(len, rows))
-    page = np.full((cell_h * len(rows) + GAP, cell_w * columns + GAP, 3), BACKGROUND, np.uint8)
-    captions = []
-    for y, row in enumerate(rows):
-        for x, tile in enumerate(row):
-            top, left = y * cell_h + GAP, x * cell_w + GAP
+    columns = [_column_width(column, width) for column in zip_longest(*rows)]
+    lefts = list(accumulate((wide + GAP for wide in columns), initial=GAP))
+    lines = [part for text in foot for part in wrapped(text, lefts[-1] - 2 * GAP)]
+    cell = height + CAPTION + GAP
+    page_size = cell * len(rows) + CAPTION * len(lines) + GAP, lefts[-1], 3
+    page = np.full(page_size, BACKGROUND, np.uint8)
+    captions = [(GAP + 2, cell * len(rows) + CAPTION * n + GAP + 3, line) for n, line in enumerate(lines)]
+    for top, row in zip(range(GAP, cell * len(rows), cell), rows, strict=True):
+        for left, tile in zip(lefts, row, strict=False):
             page[top + CAPTION : top + CAPTION + height, left : left + width] = tile.pixels
             captions.append((left + 2, top + 3, tile.caption))
-    return _written(page, captions)
+    return written(page, captions, (INK, INK, INK))
 
 
-def _written(page: np.ndarray, captions: list[tuple[int, int, str]]) -> np.ndarray:
-    try:
-        from PIL import Image, ImageDraw, ImageFont
-    except ImportError as error:
-        raise DDGIError(
-            "Pillow is not installed; get it with: pip install pillow (or pip install 'ddgi[judge]')"
-        ) from error
-    image = Image.fromarray(page)
-    draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=13)
-    for left, top, text in captions:
-        draw.text((left, top), text, fill=(INK, INK, INK), font=font)
-    drawn: Any = np.asarray(image)
-    return np.array(drawn)
+def _column_width(tiles: Sequence[Tile | None], picture: int) -> int:
+    """Of its pictures and captions [pixels]."""
+    return max(picture, *(text_width(tile.caption) + 4 for tile in tiles if tile is not None))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ddgi.judge.compare import Comparison, Judged
+from ddgi.plural import counted
 
 COLUMNS = ("FLIP", "p99", "one frame", "luminance", "rel. MSE", "MFF mean", "MFF max", "ms/frame", "MB")
 
@@ -21,17 +22,25 @@ def table(found: Comparison) -> str:
         lines.append(
             "* no other configuration is at least as good in error, time and memory, and better in one"
         )
-    truth = found.reference
-    verdict = "good enough" if found.valid else "NOT good enough"
-    lines += ["", f"reference: {truth.spp} paths a pixel from the {truth.start}, FLIP {truth.noise:.4f} between its halves: "
-              f"{verdict} for a target of {found.target:g}"]  # fmt: skip
+    lines += ["", *reference_lines(found)]
     for name, r in found.rivals.items():
         ours = found.judged[0].single if name == "frame" else found.judged[0].difference
         lines.append(
-            f"rival, {name}: {r.spp} samples a pixel in {r.ms:.0f} ms, denoised in {r.denoise_ms:.0f} ms: "
+            f"rival, {name}: {counted(r.spp, 'sample')} a pixel in {r.ms:.0f} ms, denoised in {r.denoise_ms:.0f} ms: "
             f"FLIP {r.difference.flip_mean:.4f}; ours {ours.flip_mean:.4f}"
         )
     return "\n".join(lines)
+
+
+def reference_lines(found: Comparison) -> list[str]:
+    """How good the reference is, and what its own noise makes of the figures."""
+    truth = found.reference
+    verdict = "good enough" if found.valid else "NOT good enough"
+    return [
+        f"reference: {counted(truth.spp, 'path')} a pixel from the {truth.start}, FLIP {truth.noise:.4f} between its halves: "
+        f"{verdict} for a target of {found.target:g}",
+        f"its noise: luminance +- {100 * truth.luminance_noise:.2g} %, rel. MSE + {truth.rel_mse_noise:.4f}",
+    ]  # fmt: skip
 
 
 def front(judged: Sequence[Judged]) -> set[int]:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from statistics import median
-from time import perf_counter
 from typing import Any
 
-import drjit as dr
 import numpy as np
 
 from ddgi.frame import Frame, render_frame
 from ddgi.judge.watch import NOBODY, Watch
-from ddgi.probes.field import IrradianceField
 from ddgi.probes.volume import bytes_per_probe
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
+from ddgi.still import still
 
 
 @dataclass(frozen=True)
@@ -66,16 +63,8 @@ def run(scene: Scene, trial: Trial, frames: int, watch: Watch = NOBODY) -> Outco
         SettingsError: The configuration's volume is impossible.
     """
     settings = replace(trial.settings, picture=replace(trial.settings.picture, layers=False))
-    field = IrradianceField.fit(scene, settings)
-    frame: Frame | None = None
-    milliseconds = []
-    for tick in range(frames):
-        start = perf_counter()
-        field, frame = render_frame(scene, field, scene.camera, tick, settings, frame)
-        dr.sync_thread()
-        milliseconds.append((perf_counter() - start) * 1e3)
-        watch.step()
-    assert frame is not None  # frames >= 1
+    done = still(scene, settings, frames, watch.step)
+    field, frame = done.field, done.frame
     _, alone = render_frame(scene, field, scene.camera, frames, settings)
     return Outcome(
         trial,
@@ -84,7 +73,7 @@ def run(scene: Scene, trial: Trial, frames: int, watch: Watch = NOBODY) -> Outco
         _array(frame, frame.picture.indirect),
         alone.numpy(),
         frames,
-        median(milliseconds[len(milliseconds) // 2 :]),
+        done.frame_ms,
         field.probes,
         int(field.non_finite[0]) + frame.non_finite,
     )

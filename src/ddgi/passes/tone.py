@@ -8,6 +8,7 @@ import numpy as np
 from annotated_types import Interval
 from typing_extensions import Doc
 
+from ddgi.luminance import LUMINANCE
 from ddgi.settings_group import settings_group
 
 MIDDLE_GREY = 0.18
@@ -35,7 +36,7 @@ def automatic_exposure(radiance: np.ndarray) -> float:
     Only the pixels between `METERED` percentiles count: neither black corners nor lamps and sunlit
     patches should decide how bright the rest is.
     """
-    luminance = np.nan_to_num(radiance @ np.array([0.2126, 0.7152, 0.0722], np.float32), posinf=0).ravel()
+    luminance = np.nan_to_num(radiance @ LUMINANCE, posinf=0).ravel()
     low, high = np.percentile(luminance, METERED)
     seen = luminance[(luminance >= low) & (luminance <= high) & (luminance > 0)]
     if seen.size == 0:

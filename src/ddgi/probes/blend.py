@@ -52,7 +52,9 @@ class Settings:
     ] = 50.0
     fit_texels: Annotated[
         bool,
-        Doc("irradiance texels are fitted to bilinear interpolation, which else lowers peaks (`probes/texel_fit.py`)"),
+        Doc(
+            "irradiance texels are fitted to bilinear interpolation, which else lowers peaks (`probes/texel_fit.py`)"
+        ),
     ] = True
     long_distances: Annotated[
         Literal["clamp", "reject", "off"],

@@ -10,13 +10,12 @@ import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
+from ddgi.luminance import LUMINANCE
 from ddgi.trace.materials import NO_TEXTURE, Textures
 from ddgi.trace.textures import CLAMP, MIRROR, REPEAT
 
 WRAP = {"repeat": REPEAT, "clamp": CLAMP, "mirror": MIRROR}
 HALF_MAX = 65504.0
-LUMINANCE = np.array([0.212671, 0.715160, 0.072169], np.float32)
-"""Of linear Rec.709, with the digits that Mitsuba uses."""
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 

@@ -61,7 +61,7 @@ def load_scene(
         SettingsError: The picture size is not positive.
     """
     if not isinstance(source, (str, Path, dict)):
-        raise SceneError(f"a scene is a name, a path or a dictionary, not {source!r}")
+        raise SceneError(f"a scene is a name, a path or a dictionary, not a {type(source).__name__}")
     if materials not in MATERIALS:
         raise SceneError(f"materials must be {' or '.join(MATERIALS)}, not {materials!r}")
     use_backend()

@@ -157,7 +157,6 @@ class MaterialReader:
         else:
             rough = bsdf.class_name() == "RoughConductor"
             alpha = self._number(bsdf, "alpha", 0.1) if rough else SMOOTH_ALPHA
-        self._notes.add("a metal: what it mirrors of other surfaces is shown as if it were matt")
         return Row(self._metal(bsdf), metallic=1.0, alpha=_alpha(alpha))
 
     def _metal(self, bsdf: mi.BSDF) -> Value:

@@ -64,6 +64,7 @@ def import_scene(
     if diffuse:
         geometry = make_lambertian(tree, geometry)
         notes.add("every surface taken as diffuse, in the path-traced picture as well")
+    _note_metals(geometry, notes)
     if not (geometry.area_lights or emitters.delta or emitters.environment):
         notes.add("no light in the scene: sky and sun added")
         for index in tree.graft(default_daylight().description(up), "added for want of light"):
@@ -113,6 +114,13 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterR
     if geometry.triangles == 0:
         raise SceneError(f"{name}: has no geometry")
     return geometry, emitters
+
+
+def _note_metals(geometry: Geometry, notes: Notes) -> None:
+    """A remark for each metal; surfaces that were made Lambertian are none."""
+    for row in {id(row): row for row in geometry.rows.values()}.values():  # several shapes may share one
+        if row.metallic > 0:
+            notes.add("a metal: what it mirrors of other surfaces is shown as if it were matt")
 
 
 def nearest_axis(direction: np.ndarray) -> np.ndarray:

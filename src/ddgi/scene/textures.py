@@ -8,7 +8,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ddgi.scene.image import LUMINANCE, WRAP, Image
+from ddgi.luminance import LUMINANCE
+from ddgi.scene.image import WRAP, Image
 from ddgi.scene.mesh_keys import mesh_attribute_mean
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree

@@ -1,0 +1,37 @@
+"""How many samples fit into the time left: they cost time each, and looking at what they came to costs some more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+
+
+class Pace:
+    """A time limit, and how long the work done so far took."""
+
+    def __init__(self, most_seconds: float) -> None:
+        """Start the clock."""
+        self._end = perf_counter() + most_seconds
+        self._sampling = self._judging = 0.0  # [s]; the latter of the last time
+        self.samples = 0  # made so far
+
+    @contextmanager
+    def sampling(self, samples: int) -> Iterator[None]:
+        """While samples are made."""
+        begin = perf_counter()
+        yield
+        self._sampling += perf_counter() - begin
+        self.samples += samples
+
+    @contextmanager
+    def judging(self) -> Iterator[None]:
+        """While it is measured how good they are."""
+        begin = perf_counter()
+        yield
+        self._judging = perf_counter() - begin
+
+    def affordable(self) -> int:
+        """Samples that can be made and judged in the time left; needs some that were made."""
+        left = self._end - perf_counter() - self._judging
+        return int(left * self.samples / self._sampling)
