@@ -11,8 +11,8 @@ import numpy as np
 
 from ddgi.probes import formats, grid, query
 from ddgi.probes.field import IrradianceField
-from ddgi.probes.update import update
 from ddgi.probes.texel_fit import texel_fit
+from ddgi.probes.update import update
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, clock
 from ddgi.settings import RenderSettings

@@ -85,8 +85,9 @@ def _best_texels(size: int, directions: mi.Vector3f, guess: np.ndarray) -> np.nd
 
 def _taps(size: int, directions: mi.Vector3f) -> tuple[np.ndarray, np.ndarray]:
     """The four texels that interpolation reads, and their shares. Both (4, N)."""
-    first, (x, y) = texel_at(direction_to_square(directions), size)
+    first, fractions = texel_at(direction_to_square(directions), size)
+    assert fractions is not None  # no tap was given
     corners = (first, first + 1, first + size + 2, first + size + 3)
     texels = np.stack([np.array(interior(c, size)) for c in corners])
-    x, y = np.array(x, np.float64), np.array(y, np.float64)
+    x, y = (np.array(f, np.float64) for f in fractions)
     return texels, np.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y])
