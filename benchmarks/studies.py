@@ -106,7 +106,10 @@ def judged(
         found = compare(
             scene, adapted, frames=frames, target=view.target, most_seconds=seconds, rivals=rivals
         )
-        rows.append({"name": view.name, "materials": view.materials} | found.figures())
+        figures = found.figures()
+        for configuration in figures["configurations"].values():
+            del configuration["settings"]  # this file and the commit say them
+        rows.append({"name": view.name, "materials": view.materials} | figures)
         print(view.name, f"{found.judged[0].difference.flip_mean:.4f}", f"valid {found.valid}", flush=True)
         if pictures:
             _picture(found, f"{pictures}-{view.scene}")

@@ -40,6 +40,7 @@ MAPS = {
     "gather.taps": ("bilinear", {}),
     "blend.hysteresis": (0.5, {"blend_warm_up": 0}),
     "blend.warm_up": (0, {}),
+    "blend.recency": (1.0, {"blend_warm_up": 1}),
     "blend.gamma": (3.0, {"blend_gamma": 1.0, "blend_warm_up": 0, "blend_hysteresis": 0.5}),
     "blend.sharpness": (5.0, {}),
     "blend.fit_texels": (False, {}),

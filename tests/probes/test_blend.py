@@ -136,10 +136,25 @@ def sequence(count, **values):
 
 
 def test_hysteresis_warms_up():
-    """Nothing old for 8 updates, then a running mean 1/2, 2/3, 3/4, ... until 0.97 takes over."""
-    expected = [0.0] * 8 + [min((n - 1) / n, 0.97) for n in range(2, 94)]
-    assert np.allclose(sequence(100), expected, atol=1e-6)
-    assert sequence(100)[-1] == pytest.approx(0.97)
+    """Nothing old for 12 updates, then a running mean until 0.97 takes over."""
+    expected = [0.0] * 12 + [min(n / (n + 3), 0.97) for n in range(1, 109)]
+    assert np.allclose(sequence(120), expected, atol=1e-6)
+    assert sequence(120)[-1] == pytest.approx(0.97)
+
+
+def test_recency_of_one_is_a_plain_mean():
+    expected = [0.0] * 4 + [(n - 1) / n for n in range(2, 12)]
+    assert np.allclose(sequence(14, blend_warm_up=4, blend_recency=1.0), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("recency", [2.0, 3.0])
+def test_recency_makes_late_updates_count_more(recency):
+    """Of 40 updates, the weight of the n-th goes as the (recency - 1)th power of n."""
+    keep = np.array(sequence(40, blend_warm_up=1, blend_recency=recency, blend_hysteresis=0.9999))
+    weight = (1 - keep) * np.append(np.cumprod(keep[:0:-1])[::-1], 1)
+    n = np.arange(1, 41)
+    assert weight.sum() == pytest.approx(1)
+    assert np.allclose(weight[9:] / weight[-1], (n[9:] / 40) ** (recency - 1), atol=0.1)
 
 
 def test_hysteresis_without_warm_up():
@@ -158,7 +173,7 @@ def test_hysteresis_at_great_age():
 
 def test_warm_up_then_running_mean():
     """Updates worth 1, 2, 3, ...: the map shows the last one, then the mean since the warm-up's end."""
-    s = settings(blend_warm_up=3)
+    s = settings(blend_warm_up=3, blend_recency=1.0)
     vol = empty(s)
     shown = []
     for n in range(1, 8):

@@ -39,7 +39,14 @@ class Settings:
         Doc(
             "first updates that keep nothing old, one bounce each; then a running mean until hysteresis is reached; 0: hysteresis from the second update on"
         ),
-    ] = 8
+    ] = 12
+    recency: Annotated[
+        float,
+        Interval(ge=1, le=16),
+        Doc(
+            "the n-th update of the running mean counts n^(recency - 1) times, as early ones lack bounces; 1: all alike"
+        ),
+    ] = 3.0
     gamma: Annotated[
         float,
         Interval(ge=1, le=16),
@@ -79,8 +86,8 @@ def hysteresis(age: mi.UInt32, s: Settings) -> mi.Float:
     """Share of the old value at the update number `age`, counted from zero. (1,)."""
     if s.warm_up == 0:
         return dr.select(age == 0, mi.Float(0), mi.Float(s.hysteresis))
-    since = mi.Float(mi.Int32(age) - s.warm_up)  # the last update of the warm-up is the mean's first sample
-    return dr.select(since < 0, 0, at_most(1 - dr.rcp(since + 2), mi.Float(s.hysteresis)))
+    known = mi.Float(mi.Int32(age) - s.warm_up) + 1  # the last update of the warm-up is the mean's first
+    return dr.select(known < 1, 0, at_most(known / (known + s.recency), mi.Float(s.hysteresis)))
 
 
 def _blend_irradiance(vol, found, alpha, time, layout, s, q):
