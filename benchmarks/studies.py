@@ -143,10 +143,10 @@ def quality() -> Any:
 
 
 def presets() -> Any:
-    """Every preset; all but ours with the warm-up switched on too, so that converged light is compared."""
-    configurations = [Trial("default", ddgi.RenderSettings.preset("default"))]
+    """Every preset; those of the papers with the warm-up switched on too, so that converged light is compared."""
+    configurations = [Trial(name, ddgi.RenderSettings.preset(name)) for name in ("default", "fine")]
     for name in ("scale", "blog", "ctu", "mff", "classic"):
-        configurations += [Trial(name, load_settings(name, None, ["blend.warm_up=8"]))]
+        configurations += [Trial(name, load_settings(name, None, ["blend.warm_up=12"]))]
     views = (
         View("cornell-point", materials="diffuse"),
         View("statue-box", materials="diffuse"),
@@ -212,6 +212,10 @@ CONSTANTS = (
     "long distances kept: blend.long_distances=off",
     "back faces at 0: gather.back_face_distance=0",
     "lamps left to the field: direct.area=field",
+    "texels not fitted: blend.fit_texels=false",
+    "running mean plain: blend.recency=1",
+    "warm-up of 8: blend.warm_up=8",
+    "two surfaces a path: gather.path_length=2",
     "16² irradiance: volume.irradiance_size=16",
     "64 rays: rays.per_probe=64",
 )

@@ -150,6 +150,8 @@ def test_full_paths_see_one_more_bounce_each(length, area):
         direct_area=area,
         rays_per_probe=256,
         blend_gamma=1.0,
+        blend_warm_up=8,
+        blend_recency=1.0,
     )
     field = updated(furnace(), s, 12, inside(s))
     reflected = 0.5 * sum(0.5**n for n in range(1, length + 1))
@@ -158,6 +160,18 @@ def test_full_paths_see_one_more_bounce_each(length, area):
     mean = (irradiance_map(field, s) / np.pi).mean()
     # 256 rays, 12 probes, 4 updates in the mean; a sampled lamp's estimate spreads by about its mean.
     assert mean == pytest.approx(expected, rel=4.5 * 1.5 / np.sqrt(256 * 12 * 4))
+
+
+@pytest.mark.parametrize("length", [1, 2, 3])
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_paths_that_the_field_ends_carry_all_light(length, share):
+    """S = e (1 + rho + ... + rho^(n - 1)) + rho^n share S with e = rho = 0.5, however long the path."""
+    s = small(
+        gather_path_length=length, gather_energy_preservation=share, direct_area="field",
+        blend_warm_up=30, rays_per_probe=32,
+    )  # fmt: skip
+    expected = 0.5 * sum(0.5**n for n in range(length)) / (1 - 0.5**length * share)
+    assert np.allclose(irradiance_map(updated(furnace(), s, 25, inside(s)), s) / np.pi, expected, rtol=2e-3)
 
 
 def test_path_and_feedback_agree():

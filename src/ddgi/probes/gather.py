@@ -33,9 +33,15 @@ class Settings:
 
     bounces: Annotated[
         Literal["field", "path"],
-        Doc("light beyond the first hit: last frame's field (SCALE 2.3), or full paths (MFF 3.2.5)"),
+        Doc("light beyond a ray's path: last frame's field (SCALE 2.3), or none, for full paths (MFF 3.2.5)"),
     ] = "field"
-    path_length: Annotated[int, Interval(ge=1, le=32), Doc("surfaces along a full path")] = 4
+    path_length: Annotated[
+        int,
+        Interval(ge=1, le=32),
+        Doc(
+            "surfaces along a ray's path: with 2 and the field, light between things finer than probes is kept"
+        ),
+    ] = 1
     energy_preservation: Annotated[
         float,
         Interval(ge=0, le=1),
@@ -80,16 +86,8 @@ def gather(
         rays.origin, rays.direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA, coherent=True
     )
     first = _arriving(lights, surface, rays.direction, direct_settings)
-    if s.bounces == "path":
-        reflected = _path(tracer, lights, surface, time, s, direct_settings)
-    else:
-        lit = direct.direct_light(
-            tracer, lights, surface, direct_settings,
-            time=time, stream=sampling.PROBE_LIGHT, samples=direct_settings.probe_samples, specular=False,
-        )  # fmt: skip
-        indirect = _feedback(vol, surface, time, s, query_settings, layout)
-        reflected = surface.albedo * (dr.inv_pi * (lit.irradiance + indirect * s.energy_preservation))
-    radiance = first + dr.select(surface.lit, reflected, mi.Color3f(0))
+    reflected = _reflected(tracer, lights, vol, surface, time, s, direct_settings, query_settings, layout)
+    radiance = first + reflected
     radiance, bad = finite(radiance)
     distance = surface.distance * dr.rcp(vol.reach(layout))
     distance = dr.select(surface.back, distance * s.back_face_distance, distance)
@@ -126,21 +124,26 @@ def _feedback(vol, surface: Surface, time: Clock, s: Settings, q: query.Settings
     )
 
 
-def _path(tracer, lights, surface: Surface, time: Clock, s: Settings, d: direct.Settings) -> mi.Color3f:
-    """Radiance that first hits reflect, by a path of up to `path_length` surfaces."""
+def _reflected(
+    tracer, lights, vol, surface: Surface, time: Clock, s: Settings, d: direct.Settings, q, layout
+):
+    """Radiance that first hits reflect, by a path of `path_length` surfaces and, at its end, the field."""
     width = dr.width(surface.distance)
     lane = dr.arange(mi.UInt32, width)
     radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
-    for length in range(s.path_length):
+    for length in range(1, s.path_length + 1):
         lit = direct.direct_light(
             tracer, lights, surface, d,
             time=time, stream=sampling.PROBE_LIGHT, samples=d.probe_samples, specular=False,
         )  # fmt: skip
+        irradiance = lit.irradiance
+        if length == s.path_length and s.bounces == "field":
+            irradiance += _feedback(vol, surface, time, s, q, layout) * s.energy_preservation
         throughput = dr.select(surface.lit, throughput * surface.albedo, mi.Color3f(0))
-        radiance += throughput * lit.irradiance * dr.inv_pi
-        if length + 1 == s.path_length:
+        radiance += throughput * irradiance * dr.inv_pi
+        if length == s.path_length:
             break
-        sample = sampling.uniform_2d(time, sampling.PROBE_PATH, lane * s.path_length + length)
+        sample = sampling.uniform_2d(time, sampling.PROBE_PATH, lane * s.path_length + (length - 1))
         # Cosine-distributed directions: the cosine and the 1/pi of Lambert cancel against the density.
         direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
         origin = offset_origin(surface.position, surface.geometric_normal, direction)
