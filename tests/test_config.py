@@ -89,7 +89,7 @@ def test_refusals_name_the_field(text, message):
 
 
 def test_unknown_preset_lists_the_known_ones():
-    with pytest.raises(SettingsError, match=r"unknown preset 'best': choose one of default, scale"):
+    with pytest.raises(SettingsError, match=r"unknown preset 'best': choose one of default, fine, scale"):
         load_settings("best")
 
 
