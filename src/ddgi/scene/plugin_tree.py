@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.errors import SceneError
+from ddgi.scene.mesh_arrays import PLUGIN, register_mesh_arrays
 from ddgi.scene.validate import check_finite
 
 
@@ -57,11 +58,15 @@ class PluginTree:
         config = mi.parser.ParserConfig(mi.variant() or "")
         config.merge_equivalent = config.merge_meshes = False  # shapes keep their names
         config.parallel = False
+        register_mesh_arrays()
         try:
             if isinstance(source, dict):
                 state = mi.parser.parse_dict(config, source)
             else:
                 state = mi.parser.parse_file(config, str(source))
+            for node in state.nodes:
+                if node.props.plugin_name() == PLUGIN:
+                    node.type = mi.ObjectType.Shape  # of plugins in Python Mitsuba's parser does not know
             mi.parser.transform_all(config, state)
         except Exception as error:  # the parser raises RuntimeError, TypeError and others
             raise SceneError(one_line(error)) from error

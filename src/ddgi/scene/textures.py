@@ -89,7 +89,7 @@ class TextureReader:
         if values.dtype == np.uint8:  # stored as in the file: decoded when read, unless raw
             raw = properties is not None and properties.get("raw", False)
             levels = np.arange(256) / 255
-            values = (levels if raw else _srgb_to_linear(levels)).astype(np.float16)[values]
+            values = (levels if raw else srgb_to_linear(levels)).astype(np.float16)[values]
         if properties is None:
             return values, {}
         wrap = WRAP[properties.get("wrap_mode", "repeat")]
@@ -136,5 +136,6 @@ def _to_uv(texture: mi.Texture) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return tuple(map(float, matrix[0])), tuple(map(float, matrix[1]))
 
 
-def _srgb_to_linear(x: np.ndarray) -> np.ndarray:
+def srgb_to_linear(x: np.ndarray) -> np.ndarray:
+    """Decode the sRGB curve; values in [0, 1]."""
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
