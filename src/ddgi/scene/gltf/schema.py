@@ -294,7 +294,7 @@ class PrimitiveExtensions(Item):
 class Primitive(Item):
     """One piece of a mesh, of one material."""
 
-    attributes: Attributes
+    attributes: Attributes = {}
     indices: Annotated[Index | None, To("accessors")] = None
     material: Annotated[Index | None, To("materials")] = None
     mode: Annotated[Whole, Ge(0), Le(6)] = 4
