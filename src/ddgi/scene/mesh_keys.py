@@ -83,6 +83,17 @@ def make_mesh(
     return out
 
 
+def vertex_attribute(shape: mi.Shape, name: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Faces (F, 3) and values (V, C) of an attribute of vertices; None if the shape has none by that name."""
+    if not shape.is_mesh() or not name.startswith("vertex_"):
+        return None
+    parameters = mi.traverse(shape)
+    if name not in parameters or FACES not in parameters:
+        return None
+    values = parameters[name].numpy().reshape(shape.vertex_count(), -1)
+    return parameters[FACES].numpy().reshape(-1, 3), values
+
+
 def mesh_attribute_mean(shape: mi.Shape, name: str) -> np.ndarray | None:
     """(C,) mean of a mesh attribute such as "vertex_color"; None if the shape has none by that name."""
     parameters = mi.traverse(shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -9,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.scene.image import LUMINANCE, WRAP, Image
-from ddgi.scene.mesh_keys import mesh_attribute_mean
+from ddgi.scene.mesh_keys import mesh_attribute_mean, vertex_attribute
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.validate import check_light
@@ -19,6 +20,16 @@ BAKED_SIZE = 512
 
 Value = np.ndarray | Image
 """(3,) linear RGB, the same everywhere; or an image."""
+
+
+@dataclass(frozen=True, eq=False)
+class VertexValues:
+    """A mesh attribute of V vertices."""
+
+    name: str
+    scale: float
+    faces: np.ndarray  # (F, 3)
+    values: np.ndarray  # (V, 1 or 3), scale included, in [0, 1]
 
 
 class TextureReader:
@@ -49,6 +60,24 @@ class TextureReader:
             value = self._value(texture, owner or f"{self._tree.label_of(texture)}: a value")
             self._read[key] = texture, value
         return self._read[key][1]
+
+    def of_vertices(self, texture: mi.Texture, shape: mi.Shape | None) -> VertexValues | None:
+        """What the vertices of a shape say, where a texture asks them.
+
+        Raises:
+            SceneError: A value is negative, NaN or infinite.
+        """
+        properties = self._tree.properties_of(texture)
+        if texture.class_name() != "MeshAttribute" or shape is None or properties is None:
+            return None
+        name, scale = properties.get("name", ""), properties.get("scale", 1.0)
+        found = vertex_attribute(shape, name)
+        if found is None or found[1].shape[1] not in (1, 3):
+            return None
+        values = scale * found[1]
+        check_light(values, f"{self._tree.label_of(texture)}: a value")
+        self.met_attribute = True
+        return VertexValues(name, scale, found[0], np.minimum(values, 1.0))
 
     def mean(self, texture: mi.Texture, shape: mi.Shape | None = None) -> np.ndarray:
         """(3,) mean colour; a note says if that dropped a texture."""

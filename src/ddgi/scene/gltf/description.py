@@ -64,9 +64,10 @@ def _described(container: Container, notes: Notes) -> Described:
         document, accessors, PrimitiveReader(accessors, views), materials, skins, worlds, notes, Names()
     )
     things = _Things(document, notes, Names())
-    shapes = {placed.index: builder.add(placed) for placed in nodes}
+    shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
     for placed in nodes:
-        things.add(placed)
+        if placed.visible:
+            things.add(placed)
     _note_geometry(builder, notes)
     if clips:
         notes.add(f"{len(clips)} animation(s) kept; the picture shows the file at rest")

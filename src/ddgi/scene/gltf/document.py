@@ -35,6 +35,7 @@ UNDERSTOOD = frozenset(
         "KHR_materials_unlit",
         "KHR_materials_volume",
         "KHR_mesh_quantization",
+        "KHR_node_visibility",
         "KHR_texture_transform",
     }
 )

@@ -20,7 +20,7 @@ def read_clips(document: Document, accessors: Accessors, notes: Notes) -> tuple[
     """All animations.
 
     Raises:
-        SceneError: One has no samplers for its channels, or its times do not rise.
+        SceneError: One has no samplers for its channels, or another number of values than times.
     """
     return tuple(
         _clip(animation, f"animations[{number}]", accessors, notes)
@@ -59,6 +59,9 @@ def _clip(animation: Animation, label: str, accessors: Accessors, notes: Notes) 
             continue
         sampler, path = animation.samplers[channel.sampler], channel.target.path
         times, values = _keys(sampler, PATHS[path], accessors, where)
+        if times[0] < 0 or (np.diff(times) <= 0).any():
+            notes.add("a channel of an animation whose times do not rise from 0 on is left out")
+            continue
         channels.append(Channel(channel.target.node, path, sampler.interpolation, times, values))
     return Clip(animation.name or label, tuple(channels))
 
@@ -68,8 +71,6 @@ def _keys(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Times and values of a sampler, shaped as `Channel` has them."""
     times = accessors.floats(sampler.input, ("SCALAR",))[:, 0]
-    if times[0] < 0 or (np.diff(times) <= 0).any():
-        raise SceneError(f"{accessors.label(sampler.input)}: times of an animation must rise from 0 on")
     values = accessors.floats(sampler.output, kinds)
     spline = sampler.interpolation == "CUBICSPLINE"
     rows = len(times) * (3 if spline else 1)

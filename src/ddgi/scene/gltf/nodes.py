@@ -19,6 +19,7 @@ class Placed:
     index: int
     node: Node
     world: np.ndarray  # (4, 4) from the node's space to the scene's
+    visible: bool = True  # KHR_node_visibility: a hidden node hides what is below it
 
     @property
     def name(self) -> str:
@@ -34,15 +35,16 @@ def placed_nodes(document: Document) -> list[Placed]:
     """
     parents = parents_of(document)
     placed: list[Placed] = []
-    waiting = [(index, np.eye(4)) for index in reversed(_roots(document, parents))]
+    waiting = [(index, np.eye(4), True) for index in reversed(_roots(document, parents))]
     while waiting:  # no recursion: chains may be thousands long
-        index, parent_world = waiting.pop()
+        index, parent_world, visible = waiting.pop()
         node = document.nodes[index]
         world = parent_world @ local_matrix(node, f"nodes[{index}]")
         if not np.isfinite(world).all():
             raise SceneError(f"nodes[{index}]: its place in the scene is not finite")
-        placed.append(Placed(index, node, world))
-        waiting.extend((child, world) for child in reversed(node.children))
+        visible = visible and node.extensions.visibility.visible
+        placed.append(Placed(index, node, world, visible))
+        waiting.extend((child, world, visible) for child in reversed(node.children))
     return placed
 
 

@@ -329,10 +329,17 @@ class Instancing(Item):
     attributes: Attributes
 
 
+class Visibility(Item):
+    """KHR_node_visibility."""
+
+    visible: bool = True
+
+
 class NodeExtensions(Item):
     """Extensions of a node."""
 
     light: LightReference | None = Field(default=None, alias="KHR_lights_punctual")
+    visibility: Visibility = Field(default=Visibility(), alias="KHR_node_visibility")
     instancing: Instancing | None = Field(default=None, alias="EXT_mesh_gpu_instancing")
 
 
