@@ -67,7 +67,10 @@ def test_the_cone_of_a_spot(tmp_path):
     light = {"type": "spot", "intensity": 100, "spot": cone}
     writer = floor_and_light(light, rotation=DOWN, translation=[0, 2, 0], scale=[3, 3, 3], name="spot")
     scene = load_scene(writer.glb(tmp_path), materials="diffuse")
-    full = lambda x: 0.5 / np.pi * 100 * 2 / np.hypot(x, 2) ** 3  # noqa: E731
+
+    def full(x):
+        return 0.5 / np.pi * 100 * 2 / np.hypot(x, 2) ** 3
+
     np.testing.assert_allclose(directly_lit(scene, 0, 0), full(0), rtol=1e-3)
     np.testing.assert_allclose(directly_lit(scene, 0.99, 0), full(0.99), rtol=1e-2)
     assert 0.1 * full(1.5) < directly_lit(scene, 1.5, 0)[0] < 0.9 * full(1.5)
@@ -111,8 +114,8 @@ def test_a_perspective_camera(tmp_path):
     assert camera.size == (720, 360)
     assert np.array(camera.near).item() == 0.25
     origin, direction = corner_rays(camera)
-    np.testing.assert_allclose(origin, [[1, 2, 3]] * 4, atol=1e-5)
     slopes = direction / direction[:, 2:]
+    np.testing.assert_allclose(origin - 0.25 * slopes, [[1, 2, 3]] * 4, atol=1e-5)  # rays start at znear
     edge = 1 - 1 / 360
     np.testing.assert_allclose(slopes[0], [2 * (1 - 1 / 720), edge, 1], atol=1e-4)  # top left
     np.testing.assert_allclose(slopes[3], [-2 * (1 - 1 / 720), -edge, 1], atol=1e-4)

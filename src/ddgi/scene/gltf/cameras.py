@@ -37,7 +37,7 @@ def sensor(camera: Camera, placed: Placed) -> dict[str, Any]:
             "to_world": mi.ScalarTransform4f(frame.tolist()),
             "fov": float(np.degrees(lens.yfov)),
             "fov_axis": "y",
-            "near_clip": lens.znear,
+            **_near(lens.znear),
             "film": _film(lens.aspect_ratio or DEFAULT_ASPECT),
         }
     parallel = camera.orthographic
@@ -49,9 +49,14 @@ def sensor(camera: Camera, placed: Placed) -> dict[str, Any]:
     return {
         "type": "orthographic",
         "to_world": mi.ScalarTransform4f((frame @ np.diag([width, width, 1.0, 1.0])).tolist()),
-        "near_clip": parallel.znear,
+        **_near(parallel.znear),
         "film": _film(width / abs(parallel.ymag)),
     }
+
+
+def _near(distance: float) -> dict[str, float]:
+    """Mitsuba wants no near plane of 0, and a far one beyond it, though nothing ends there."""
+    return {"near_clip": distance, "far_clip": 1e4 + 2 * distance} if distance > 0 else {}
 
 
 def _film(aspect: float) -> dict[str, Any]:
