@@ -13,6 +13,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from ddgi.scene import product_texture
 from ddgi.scene.image import WRAP, Image
 from ddgi.scene.materials import Row
 from ddgi.scene.plugin_tree import PluginTree
@@ -67,7 +68,7 @@ class Palette:
         if row.double_sided:
             described = {"type": "twosided", "nested": described}
         if isinstance(row.opacity, Image):
-            opacity: Any = self._texture(row.opacity, channels=1)
+            opacity = _multiplied(self._texture(row.opacity, channels=1), row.vertex_opacity)
             described = {"type": "mask", "opacity": opacity, "nested": described}
         elif row.vertex_opacity is not None:
             described = {"type": "mask", "opacity": _attribute(row.vertex_opacity), "nested": described}
@@ -78,7 +79,7 @@ class Palette:
     def _reflectance(self, row: Row) -> dict[str, Any]:
         value = row.base
         if isinstance(value, Image):
-            return self._texture(value, channels=3)
+            return _multiplied(self._texture(value, channels=3), row.vertex_color)
         if row.vertex_color is not None:
             return _attribute(row.vertex_color)
         return {"type": "rgb", "value": [float(x) for x in value]}
@@ -101,6 +102,12 @@ class Palette:
             self._names[key] = f"{kind}-{len(self._names)}"
             self.plugins[self._names[key]] = described
         return self._names[key]
+
+
+def _multiplied(picture: dict[str, Any], values: VertexValues | None) -> dict[str, Any]:
+    if values is None:
+        return picture
+    return {"type": product_texture.PLUGIN, "picture": picture, "tint": _attribute(values)}
 
 
 def _attribute(values: VertexValues) -> dict[str, Any]:

@@ -102,11 +102,15 @@ class MaterialReader:
 
     def _color(self, bsdf: mi.BSDF, name: str) -> Value:
         texture = parts(bsdf)[name]
-        found = None if self._mixing else self._textures.of_vertices(texture, self._shape)
-        if found is None:
+        picture, tint = self._textures.factors(texture) or (None, texture)
+        found = None if self._mixing else self._textures.of_vertices(tint, self._shape)
+        if found is not None:
+            self._vertex["opacity" if name == "opacity" else "color"] = found
+            return np.ones(3) if picture is None else self._textures.read(picture, self._shape)
+        if picture is None:
             return self._textures.read(texture, self._shape)
-        self._vertex["opacity" if name == "opacity" else "color"] = found
-        return np.ones(3)
+        value, share = (self._textures.read(t, self._shape) for t in (picture, tint))
+        return value.tinted(_plain_mean(share)) if isinstance(value, Image) else value * _plain_mean(share)
 
     def _number(self, bsdf: mi.BSDF, name: str, default: float = 0.0) -> float:
         """A scalar parameter, be it a number or a texture (then its mean)."""

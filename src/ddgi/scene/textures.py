@@ -9,9 +9,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from ddgi.scene import product_texture
 from ddgi.scene.image import LUMINANCE, WRAP, Image
 from ddgi.scene.mesh_keys import mesh_attribute_mean, vertex_attribute
 from ddgi.scene.notes import Notes
+from ddgi.scene.plugin_parts import parts
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.validate import check_light
 
@@ -78,6 +80,14 @@ class TextureReader:
         check_light(values, f"{self._tree.label_of(texture)}: a value")
         self.met_attribute = True
         return VertexValues(name, scale, found[0], np.minimum(values, 1.0))
+
+    def factors(self, texture: mi.Texture) -> tuple[mi.Texture, mi.Texture] | None:
+        """Picture and tint of a product of the two; None for other textures."""
+        properties = self._tree.properties_of(texture)
+        if properties is None or properties.plugin_name() != product_texture.PLUGIN:
+            return None
+        made_of = parts(texture)
+        return made_of["picture"], made_of["tint"]
 
     def mean(self, texture: mi.Texture, shape: mi.Shape | None = None) -> np.ndarray:
         """(3,) mean colour; a note says if that dropped a texture."""

@@ -7,7 +7,7 @@ import pytest
 
 from ddgi import load_scene
 from ddgi.errors import SceneError
-from gltf_writing import Writer
+from gltf_writing import SQUARE_UV, Writer
 
 QUARTERS = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]]
 """Red and green above blue and white."""
@@ -355,3 +355,49 @@ def test_pictures_that_cannot_be_read(tmp_path, data, message):
     with pytest.raises(SceneError, match=rf"thing.glb: images\[0\].*{message}") as caught:
         loaded(tmp_path, material)
     assert "\n" not in str(caught.value)
+
+
+def test_pictures_and_vertex_colours_multiply(tmp_path):
+    """Picture x factor x vertex colour, and as much for opacity."""
+    writer = Writer()
+    texels = np.dstack([QUARTERS, np.full((2, 2), 204)])
+    texture = writer.texture(texels, magFilter=9728)
+    look = matt(writer, baseColorTexture={"index": texture}, baseColorFactor=[0.5, 0.5, 0.5, 0.5])
+    material = writer.add("materials", look | {"alphaMode": "BLEND"})
+    colors = writer.accessor([[0.25, 0.5, 1, 0.5]] * 4)
+    mesh = writer.mesh(
+        primitive={"material": material}, TEXCOORD_0=writer.accessor(SQUARE_UV), COLOR_0=colors
+    )
+    writer.node(name="square", mesh=mesh)
+    expected = 0.5 * np.array([RED, GREEN, BLUE, WHITE]) * [0.25, 0.5, 1]
+    for materials in ("full", "diffuse"):
+        scene = load_scene(writer.glb(tmp_path), sky=[1, 1, 1], materials=materials)
+        bsdf, si = mitsuba_hit(scene, 0.25, 0.75)
+        np.testing.assert_allclose(np.array(bsdf.eval_null_transmission(si)).ravel()[0], 0.8, atol=1e-3)
+        down = mi.Point3f(0.25, 0.75, 1), mi.Vector3f(0, 0, -1)
+        np.testing.assert_allclose(
+            np.array(scene.tracer.visible(*down, mi.Float(2), mi.Bool(True))), 0.8, atol=1e-3
+        )
+    np.testing.assert_allclose(mitsuba_diffuse(scene, 0.25, 0.75) / 0.2, expected[0], atol=2e-3)
+    writer.json["materials"][0].pop("alphaMode")
+    scene = load_scene(writer.glb(tmp_path), sky=[1, 1, 1], materials="diffuse")
+    np.testing.assert_allclose(seen(scene, CENTERS), expected, atol=1e-3)
+    for point, color in zip(CENTERS, expected, strict=True):
+        np.testing.assert_allclose(mitsuba_diffuse(scene, *point), color, atol=1e-3)
+
+
+def test_a_fingerprint_sees_what_the_file_says(tmp_path):
+    from ddgi.scene.fingerprint import fingerprint
+
+    def printed(change=None, **square):
+        writer = Writer()
+        writer.square(nearest(writer), **square)
+        if change:
+            change(writer.json)
+        return fingerprint(load_scene(writer.glb(tmp_path), sky=[1, 1, 1]))
+
+    same = printed()
+    assert printed(name="other") == same
+    assert printed(translation=[0, 0, 1e-3]) != same
+    assert printed(lambda j: j["samplers"][0].update(wrapS=CLAMP, wrapT=CLAMP)) != same
+    assert printed(lambda j: j["materials"][0].update(doubleSided=True)) != same

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ddgi.scene import product_texture
 from ddgi.scene.gltf import textures
 from ddgi.scene.gltf.schema import Document, Material, MetallicRoughness, TextureInfo
 from ddgi.scene.gltf.textures import Described, Filter, Textures
@@ -89,7 +90,7 @@ class _Reader:
             self._notes.add("occlusion textures are left out: corners are darkened by light itself")
         if material.extensions.unlit is not None:
             self._notes.add("unlit material: it emits its colour, and reflects nothing")
-            return Look(self._masked(_black(material.double_sided)), self._base(), self._uv_set)
+            return Look(self._masked(_black(material.double_sided)), self._unlit(), self._uv_set)
         bsdf = self._surface()
         if material.normal_texture is not None and self._textures.has_picture(material.normal_texture):
             bsdf = self._bumpy(bsdf)
@@ -129,10 +130,20 @@ class _Reader:
     def _base(self) -> Described:
         factor, info = self._pbr.base_color_factor[:3], self._pbr.base_color_texture
         if info is not None and self._textures.has_picture(info):
-            return self._shown(info, textures.color(factor))
+            picture = self._shown(info, textures.color(factor))
+            return _times_vertices(picture, COLOR_ATTRIBUTE) if self._vertices.varied else picture
         if self._vertices.varied:
             return {"type": "mesh_attribute", "name": COLOR_ATTRIBUTE}  # the factor is in the colours
         return rgb(factor)
+
+    def _unlit(self) -> Described:
+        """Base colour as radiance."""
+        info = self._pbr.base_color_texture
+        if info is not None and self._textures.has_picture(info):
+            if self._vertices.varied:
+                self._notes.add("vertex colours of an unlit picture are left out")
+            return self._shown(info, textures.color(self._pbr.base_color_factor[:3]))
+        return self._base()
 
     def _surface(self) -> Described:
         pbr = self._pbr
@@ -225,12 +236,20 @@ class _Reader:
         cutoff = material.alpha_cutoff if material.alpha_mode == "MASK" else None
         factor, info = self._pbr.base_color_factor[3], self._pbr.base_color_texture
         if info is not None and self._textures.has_picture(info):
-            if not self._textures.opaque(info):
-                return self._shown(info, textures.opacity(factor, cutoff))
+            if not self._textures.opaque(info) or self._vertices.alpha:
+                picture = self._shown(info, textures.opacity(factor, cutoff))
+                return _times_vertices(picture, ALPHA_ATTRIBUTE) if self._vertices.alpha else picture
         elif self._vertices.alpha:
             return {"type": "mesh_attribute", "name": ALPHA_ATTRIBUTE}  # factor and cutoff are in it
         share = factor if cutoff is None else float(factor >= cutoff)
         return None if share == 1 else share
+
+
+def _times_vertices(picture: Described, attribute: str) -> Described:
+    if picture["type"] == "rgb":  # the mean of one on other coordinates; Mitsuba wants a texture here
+        picture = {"type": "uniform", "value": float(np.mean(picture["value"]))}
+    tint = {"type": "mesh_attribute", "name": attribute}
+    return {"type": product_texture.PLUGIN, "picture": picture, "tint": tint}
 
 
 def _uv_set(info: TextureInfo) -> int:

@@ -135,6 +135,9 @@ class ShapeBuilder:
             return None, None
         material = Material() if index is None else self.document.materials[index]
         factor = np.array(material.pbr.base_color_factor)
+        info = material.pbr.base_color_texture
+        if info is not None and self.document.textures[info.index].source is not None:
+            factor = np.ones(4)  # it is in the picture
         rgb = colors[:, :3] * factor[:3] if vertices.varied else None
         if not vertices.alpha or material.alpha_mode == "OPAQUE":
             return rgb, None
