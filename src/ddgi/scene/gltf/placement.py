@@ -53,6 +53,20 @@ def place(piece: Piece, matrices: np.ndarray, label: str) -> Soup:
     return _compact(single, faces, normals, int((~whole).sum()))
 
 
+def joined(soups: list[Soup]) -> Soup:
+    """Several placings of one piece as one."""
+    starts = np.cumsum([0, *(len(soup.positions) for soup in soups[:-1])])
+    faces = [soup.faces + np.uint32(start) for soup, start in zip(soups, starts, strict=True)]
+    normals = [soup.normals for soup in soups if soup.normals is not None]
+    return Soup(
+        positions=np.concatenate([soup.positions for soup in soups]),
+        faces=np.concatenate(faces),
+        normals=np.concatenate(normals) if normals else None,
+        kept=np.concatenate([soup.kept for soup in soups]),
+        without_area=sum(soup.without_area for soup in soups),
+    )
+
+
 def _compact(positions: np.ndarray, faces: np.ndarray, normals: np.ndarray | None, dropped: int) -> Soup:
     """Without the vertices that no triangle uses: primitives may share one large table."""
     kept = np.arange(len(positions))

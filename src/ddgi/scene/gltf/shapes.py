@@ -15,15 +15,18 @@ from ddgi.scene.gltf.deform import morphed, skin_matrices
 from ddgi.scene.gltf.instancing import placements
 from ddgi.scene.gltf.materials import Look, Materials, VertexColors
 from ddgi.scene.gltf.nodes import Placed
-from ddgi.scene.gltf.placement import Soup, place
+from ddgi.scene.gltf.placement import Soup, joined, place
 from ddgi.scene.gltf.primitives import TRIANGLES, Piece, PrimitiveReader
 from ddgi.scene.gltf.schema import Document, Material
+from ddgi.scene.gltf.textures import Described
 from ddgi.scene.mesh_arrays import described
 from ddgi.scene.notes import Notes
 from ddgi.scene.rig import Bendable, Skin
 
 MOST_TRIANGLES = 2**28
 """Of a whole scene, each place where a mesh stands counted."""
+MOST_INSTANCES = 32
+"""Kept as such: each costs 20 ms whenever a kernel with rays is recorded (Mitsuba 3.9, LLVM; 400: 8 s)."""
 
 
 @dataclass
@@ -59,12 +62,11 @@ class ShapeBuilder:
             ]
         local = placements(node.extensions.instancing, self.accessors, f"nodes[{placed.index}]")
         worlds = placed.world @ local
-        pieces = [(piece, base) for piece, base in self._pieces(placed)]
+        pieces = [piece for piece, _ in self._pieces(placed)]
         if self._can_instance(pieces, worlds):
             return self._instanced(placed, pieces, worlds)
-        self.notes.add("instances that glow, or are mirrored, are made into meshes of their own")
-        moved = [Placed(placed.index, node, world) for world in worlds]
-        return [n for at in moved for piece, base in pieces for n in self._single(at, piece, base)]
+        self.notes.add("instances that are many, that glow, or are mirrored, are made into one mesh")
+        return [name for piece in pieces for name in self._merged(placed, piece, worlds)]
 
     def _pieces(self, placed: Placed) -> Iterator[tuple[Piece, Piece]]:
         """Each primitive of a node's mesh, morphed as it rests; and as it is stored."""
@@ -124,8 +126,15 @@ class ShapeBuilder:
         )  # fmt: skip
         shape["bsdf"] = look.bsdf
         if look.radiance is not None:
-            shape["emitter"] = {"type": "area", "radiance": look.radiance}
+            shape["emitter"] = {"type": "area", "radiance": self._radiance(look.radiance, rgb)}
         return shape
+
+    def _radiance(self, radiance: Described, colors: np.ndarray | None) -> Described:
+        """Mitsuba's lamps know no colours of vertices: their mean."""
+        if radiance["type"] != "mesh_attribute" or colors is None:
+            return radiance
+        self.notes.add("colours of vertices that emit: their mean is used")
+        return {"type": "rgb", "value": [float(x) for x in colors.mean(0)]}
 
     def _tinted(
         self, colors: np.ndarray | None, vertices: VertexColors, index: int | None
@@ -146,16 +155,26 @@ class ShapeBuilder:
 
     # Instances ------------------------------------------------------------------------------------------
 
-    def _can_instance(self, pieces: list[tuple[Piece, Piece]], worlds: np.ndarray) -> bool:
+    def _can_instance(self, pieces: list[Piece], worlds: np.ndarray) -> bool:
         """Mitsuba's instances neither emit, nor turn a mirrored front to the front again."""
-        if (np.linalg.det(worlds[:, :3, :3]) <= 0).any():
+        if len(worlds) > MOST_INSTANCES or (np.linalg.det(worlds[:, :3, :3]) <= 0).any():
             return False
-        return all(self.materials.look(p.material, VertexColors()).radiance is None for p, _ in pieces)
+        return all(self.materials.look(p.material, VertexColors()).radiance is None for p in pieces)
 
-    def _instanced(self, placed: Placed, pieces: list[tuple[Piece, Piece]], worlds: np.ndarray) -> list[str]:
+    def _merged(self, placed: Placed, piece: Piece, worlds: np.ndarray) -> list[str]:
+        """All instances of a primitive as one shape."""
+        soups = [self._placed(piece, world, f"nodes[{placed.index}]") for world in worlds]
+        soup = joined(soups)
+        if not len(soup.faces):
+            return []
+        name = self.names.unique(self._name(placed))
+        self.shapes[f"shape-{len(self.shapes)}"] = {"id": name, **self._shape(piece, soup)}
+        return [name]
+
+    def _instanced(self, placed: Placed, pieces: list[Piece], worlds: np.ndarray) -> list[str]:
         label, base_name = f"nodes[{placed.index}]", self._name(placed)
         group: dict[str, Any] = {"type": "shapegroup"}
-        for piece, _ in pieces:
+        for piece in pieces:
             soup = self._placed(piece, np.eye(4), label)
             if len(soup.faces):
                 name = self.names.unique(base_name)
