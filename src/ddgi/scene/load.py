@@ -108,9 +108,12 @@ def _gltf(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) 
 
     notes = Notes()
     read = read_gltf(path, notes)
-    tree = PluginTree.parse(read.description)
     up = np.array(AXES["y"]) if up is None else up
-    scene = import_scene(tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes)
+    try:
+        tree = PluginTree.parse(read.description)
+        scene = import_scene(tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from error
     return replace(scene, rig=read.rig)
 
 

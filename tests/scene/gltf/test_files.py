@@ -174,6 +174,16 @@ def test_documents_that_are_broken(tmp_path, text, message):
     refused(path, "thing.gltf", message)
 
 
+def test_names_of_two_lines_give_messages_of_one(tmp_path):
+    writer = square()
+    writer.json["accessors"][0].update(name="two\nlines", count=10**6)
+    refused(writer.glb(tmp_path), 'accessors[0] "two lines"')
+    writer.json["meshes"][0]["primitives"][0]["attributes"]["TWO\nLINES"] = -1
+    refused(writer.glb(tmp_path), "meshes[0].primitives[0].attributes")
+    writer.json["extensionsRequired"] = ["TWO\nLINES"]
+    refused(writer.glb(tmp_path), "TWO LINES")
+
+
 def test_the_command_says_it_in_one_line(refused, tmp_path):
     path = square().glb(tmp_path)
     path.write_bytes(path.read_bytes()[:-8])

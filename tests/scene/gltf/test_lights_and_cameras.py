@@ -170,3 +170,20 @@ def test_what_moves_is_kept(tmp_path):
     assert clip.channels[0].values.tolist() == [[0, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 1]]
     assert clip.channels[1].values.shape == (3, 3, 3)
     assert clip.channels[1].values[1, 1].tolist() == [4, 0, 0]
+
+
+def test_a_picture_by_the_names_in_the_file(run, tmp_path):
+    """What shares its name is numbered: a light after its camera, a mesh last."""
+    writer = floor_and_light({"type": "point", "intensity": 50}, name="square", translation=[0, 3, 0])
+    lens = {"type": "perspective", "perspective": {"yfov": 0.8, "aspectRatio": 2, "znear": 0.1}}
+    writer.json["nodes"][1]["camera"] = writer.add("cameras", lens)
+    writer.node(camera=0, name="Cam.001", translation=[0, 1, 8])
+    path, picture = writer.glb(tmp_path), tmp_path / "out.png"
+    options = "--frames", "1", "--size", "16x8", "--camera", "Cam.001", "--set", "grid.counts=[2,2,2]"
+    code, _, err = run("render", path, "-o", picture, *options)
+    assert code == 0, err
+    assert picture.stat().st_size > 0
+    scene = load_scene(path, camera="Cam.001")
+    assert [camera.name for camera in scene.cameras] == ["Cam.001", "square"]
+    assert [light.name for light in scene.named_lights] == ["square-2"]
+    assert set(scene.shapes) == {"square-3"}

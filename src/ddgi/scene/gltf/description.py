@@ -16,10 +16,11 @@ from ddgi.scene.gltf.document import REFINEMENTS, UNDERSTOOD, Container, read_co
 from ddgi.scene.gltf.images import Images
 from ddgi.scene.gltf.materials import Materials
 from ddgi.scene.gltf.motion import read_clips, read_skins
+from ddgi.scene.gltf.names import Names
 from ddgi.scene.gltf.nodes import NONE, Placed, local_matrix, parents_of, placed_nodes
 from ddgi.scene.gltf.primitives import PrimitiveReader
 from ddgi.scene.gltf.schema import Document
-from ddgi.scene.gltf.shapes import Names, ShapeBuilder
+from ddgi.scene.gltf.shapes import ShapeBuilder
 from ddgi.scene.gltf.textures import Textures
 from ddgi.scene.notes import Notes
 from ddgi.scene.rig import Rig, RigNode
@@ -47,7 +48,8 @@ def read_gltf(path: Path, notes: Notes) -> Described:
         with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is checked
             return _described(read_container(path), notes)
     except SceneError as error:
-        raise SceneError(f"{path}: {error}") from error
+        line = "".join(c if c.isprintable() else " " for c in str(error))  # what the file says is in it
+        raise SceneError(f"{path}: {line}") from error
 
 
 def _described(container: Container, notes: Notes) -> Described:
@@ -60,14 +62,15 @@ def _described(container: Container, notes: Notes) -> Described:
     nodes = placed_nodes(document)
     skins, clips = read_skins(document, accessors), read_clips(document, accessors, notes)
     worlds = {placed.index: placed.world for placed in nodes}
-    builder = ShapeBuilder(
-        document, accessors, PrimitiveReader(accessors, views), materials, skins, worlds, notes, Names()
-    )
-    things = _Things(document, notes, Names())
-    shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
-    for placed in nodes:
+    names = Names()
+    things = _Things(document, notes, names)
+    for placed in nodes:  # before shapes: people call lights and cameras by their names
         if placed.visible:
             things.add(placed)
+    builder = ShapeBuilder(
+        document, accessors, PrimitiveReader(accessors, views), materials, skins, worlds, notes, names
+    )
+    shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
     _note_geometry(builder, notes)
     if clips:
         notes.add(f"{len(clips)} animation(s) kept; the picture shows the file at rest")
@@ -103,7 +106,7 @@ class _Things:
             self.lights[placed.index] = name
 
     def _put(self, name: str, plugin: dict[str, Any]) -> None:
-        self.plugins[f"thing-{len(self.plugins)}"] = {"id": name, **plugin}
+        self.plugins[f"_thing-{len(self.plugins)}"] = {"id": name, **plugin}
 
 
 def _note_extensions(document: Document, notes: Notes) -> None:

@@ -67,7 +67,7 @@ class Materials:
         if key not in self._looks:
             material = Material() if index is None else self._document.materials[index]
             look = _Reader(material, self._textures, vertices, self._notes).look()
-            name = f"material-{len(self.plugins)}"
+            name = f"_material-{len(self.plugins)}"
             self.plugins[name] = look.bsdf
             self._looks[key] = Look({"type": "ref", "id": name}, look.radiance, look.uv_set)
         return self._looks[key]

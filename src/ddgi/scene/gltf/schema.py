@@ -10,13 +10,18 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Len, MinLen
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.alias_generators import to_camel
 
 
 def _whole(value: Any) -> Any:
     """JSON has one kind of number: 3.0 is an integer too (section 2.7 of the specification)."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _printable(text: str) -> str:
+    """Names end up in messages of one line."""
+    return "".join(c if c.isprintable() else " " for c in text)
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,7 @@ class Item(BaseModel):
 class Named(Item):
     """An element that may have a name."""
 
-    name: str = ""
+    name: Annotated[str, AfterValidator(_printable)] = ""
 
 
 class Asset(Item):

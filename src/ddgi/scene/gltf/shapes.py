@@ -14,6 +14,7 @@ from ddgi.scene.gltf.accessors import Accessors
 from ddgi.scene.gltf.deform import morphed, skin_matrices
 from ddgi.scene.gltf.instancing import placements
 from ddgi.scene.gltf.materials import Look, Materials, VertexColors
+from ddgi.scene.gltf.names import Names
 from ddgi.scene.gltf.nodes import Placed
 from ddgi.scene.gltf.placement import Soup, joined, place
 from ddgi.scene.gltf.primitives import TRIANGLES, Piece, PrimitiveReader
@@ -95,7 +96,7 @@ class ShapeBuilder:
         if not len(soup.faces):
             return []
         name = self.names.unique(self._name(placed))
-        self.shapes[f"shape-{len(self.shapes)}"] = {"id": name, **self._shape(piece, soup)}
+        self.shapes[f"_shape-{len(self.shapes)}"] = {"id": name, **self._shape(piece, soup)}
         if piece.targets or piece.joints is not None:
             self.bendable[name] = _bendable(base, soup.kept)
         return [name]
@@ -168,7 +169,7 @@ class ShapeBuilder:
         if not len(soup.faces):
             return []
         name = self.names.unique(self._name(placed))
-        self.shapes[f"shape-{len(self.shapes)}"] = {"id": name, **self._shape(piece, soup)}
+        self.shapes[f"_shape-{len(self.shapes)}"] = {"id": name, **self._shape(piece, soup)}
         return [name]
 
     def _instanced(self, placed: Placed, pieces: list[Piece], worlds: np.ndarray) -> list[str]:
@@ -178,36 +179,21 @@ class ShapeBuilder:
             soup = self._placed(piece, np.eye(4), label)
             if len(soup.faces):
                 name = self.names.unique(base_name)
-                group[f"shape-{len(group)}"] = {"id": name, **self._shape(piece, soup)}
+                group[f"_shape-{len(group)}"] = {"id": name, **self._shape(piece, soup)}
         if len(group) == 1:
             return []
-        key = f"group-{len(self.shapes)}"
+        key = f"_group-{len(self.shapes)}"
         self.shapes[key] = group
         names = []
         for world in worlds:
             names.append(self.names.unique(f"{base_name}-instance"))
-            self.shapes[f"shape-{len(self.shapes)}"] = {
+            self.shapes[f"_shape-{len(self.shapes)}"] = {
                 "type": "instance",
                 "id": names[-1],
                 "to_world": mi.ScalarTransform4f(world.tolist()),
                 "group": {"type": "ref", "id": key},
             }
         return names
-
-
-@dataclass
-class Names:
-    """Gives out names, each once."""
-
-    used: set[str] = field(default_factory=set)
-
-    def unique(self, wanted: str) -> str:
-        """The name, with a number if it is taken."""
-        name, number = wanted, 2
-        while name in self.used:
-            name, number = f"{wanted}-{number}", number + 1
-        self.used.add(name)
-        return name
 
 
 def _texcoords(piece: Piece, soup: Soup, look: Look) -> np.ndarray | None:

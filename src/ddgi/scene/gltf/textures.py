@@ -77,7 +77,7 @@ class Textures:
         sampling = self._sampling(info)
         key = (texture.source, filter_name, sampling)
         if key not in self._names:
-            self._names[key] = name = f"texture-{len(self._names)}"
+            self._names[key] = name = f"_texture-{len(self._names)}"
             self.plugins[name] = self._plugin(info, filter_name, filtered, sampling)
         return {"type": "ref", "id": self._names[key]}
 
