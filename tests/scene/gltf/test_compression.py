@@ -1,5 +1,7 @@
 """Packed files show what plain ones do."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from ddgi.errors import SceneError
 from ddgi.scene.gltf import extras
 from gltf_writing import CORNERS, SQUARE, Writer, shapes_of, triangles
 
+SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "scenes"
 NORMALS = np.array([[0, 0, 1], [0, 0.6, 0.8], [0.6, 0, 0.8], [0, 0, 1]], "<f4")
 
 
@@ -135,3 +138,23 @@ def test_a_missing_library_is_named(monkeypatch, module):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(SceneError, match=rf"EXT_x needs the library {module}: pip install 'ddgi\[gltf\]'"):
         extras.require(module, "EXT_x")
+
+
+@pytest.mark.scenes
+def test_a_real_flat_is_the_same_packed_and_unpacked():
+    """Quantised positions lie within 1e-3 of the bounds."""
+    library("meshoptimizer")
+    folder = SHARED / "dream-apartment"
+    if not folder.is_dir():
+        pytest.skip(f"shared scenes are not at {SHARED}")
+    packed, unpacked = (shapes_of(folder / name) for name in ("dream-apartment.glb", "decoded.glb"))
+    assert len(packed) == len(unpacked)
+
+    def corners(found):
+        return np.concatenate([triangles(shape).reshape(-1, 3) for name, shape in found.items() if name])
+
+    a, b = corners(packed), corners(unpacked)
+    assert a.shape == b.shape
+    size = np.ptp(b, axis=0).max()
+    for moment in (lambda c: c.min(0), lambda c: c.max(0), lambda c: c.mean(0), lambda c: c.std(0)):
+        np.testing.assert_allclose(moment(a), moment(b), atol=1e-3 * size)

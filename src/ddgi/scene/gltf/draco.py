@@ -31,15 +31,15 @@ def decode(extension: DracoPrimitive, views: Views, label: str) -> Packed:
     data = bytes(views.content(extension.buffer_view))
     try:
         mesh = library.decode(data)
+        vertices = len(mesh.points)
         faces = np.asarray(mesh.faces).reshape(-1, 3)
-        found = {entry["unique_id"]: np.asarray(entry["data"]) for entry in mesh.attributes}
-    except Exception as error:  # the library raises its own kinds, and ValueError
+        found = {
+            entry["unique_id"]: np.asarray(entry["data"]).reshape(vertices, -1) for entry in mesh.attributes
+        }
+    except Exception as error:  # the library raises its own kinds, and hands out parts that are missing
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise SceneError(f"{label}: its Draco data cannot be decoded: {reason}") from error
-    vertices = len(np.asarray(mesh.points))
-    attributes = {}
-    for name, number in extension.attributes.items():
-        if number not in found:
-            raise SceneError(f"{label}: its Draco data has no attribute {number} for {name}")
-        attributes[name] = found[number].reshape(vertices, -1) if vertices else found[number]
-    return Packed(vertices, faces, attributes)
+    missing = [f"{number} for {name}" for name, number in extension.attributes.items() if number not in found]
+    if missing:
+        raise SceneError(f"{label}: its Draco data has no attribute {missing[0]}")
+    return Packed(vertices, faces, {name: found[number] for name, number in extension.attributes.items()})
