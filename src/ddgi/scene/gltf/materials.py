@@ -123,7 +123,7 @@ class _Reader:
         if _uv_set(info) == self._uv_set:
             return self._textures.shown(info, *kind)
         self._notes.add("a texture on another set of coordinates than its material's first: its mean is used")
-        return rgb(self._textures.mean(info, *kind))
+        return rgb(self._textures.mean(info, kind[1]))
 
     # Parts ----------------------------------------------------------------------------------------------
 
@@ -175,7 +175,7 @@ class _Reader:
         if share and through.transmission_texture is not None:
             info = through.transmission_texture
             if self._textures.has_picture(info):
-                share *= float(self._textures.mean(info, *textures.channel(0, 1.0))[0])
+                share *= float(self._textures.mean(info, textures.channel(0, 1.0)[1])[0])
         return share
 
     def _ior(self) -> float:
@@ -218,7 +218,7 @@ class _Reader:
             return None
         info = self._material.emissive_texture
         if info is not None and self._textures.has_picture(info):
-            if not self._textures.mean(info, *textures.color([1.0, 1.0, 1.0])).any():
+            if not self._textures.mean(info, textures.color([1.0, 1.0, 1.0])[1]).any():
                 return None  # a black picture: no light
             return self._shown(info, textures.color(factor))
         return rgb(factor)

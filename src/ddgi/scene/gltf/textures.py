@@ -56,7 +56,7 @@ class Textures:
             return False
         return True
 
-    def mean(self, info: TextureInfo, filter_name: str, filtered: Filter) -> np.ndarray:
+    def mean(self, info: TextureInfo, filtered: Filter) -> np.ndarray:
         """(3,) mean of what a use of a texture would show, linear."""
         texels, linear = filtered(self._texels(info))
         values = texels.reshape(-1, texels.shape[2])
