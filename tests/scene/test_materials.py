@@ -153,7 +153,7 @@ def test_materials_given_as_objects_count_as_well():
     assert surface[3] == 1
 
 
-def test_vertex_colours_become_their_mean_for_each_mesh(tmp_path):
+def test_meshes_that_share_a_material_keep_their_own_vertex_colours(tmp_path):
     from ddgi.scene.load import load_scene
 
     header = "ply\nformat ascii 1.0\nelement vertex 3\n" + "".join(f"property float {c}\n" for c in "xyzrgb")
@@ -172,9 +172,12 @@ def test_vertex_colours_become_their_mean_for_each_mesh(tmp_path):
         path.write_text(header + "\n".join(rows) + "\n3 0 1 2\n")
         description[name] = {"type": "ply", "filename": str(path), "bsdf": {"type": "ref", "id": "shared"}}
     scene = load_scene(description)
-    base = np.array(scene.materials.base).reshape(-1, 4)
+    colors = scene.materials.vertex_colors
+    corners, values = np.array(colors.corners).reshape(-1, 3), np.array(colors.values).reshape(-1, 4)
     for name, shade in (("dark", 0.1), ("light", 0.7)):
-        np.testing.assert_allclose(base[scene.shapes[name]], [shade, 0.3, 1, 1], atol=1e-6)
+        face = np.array(colors.first)[scene.shapes[name]]
+        expected = [[shade, 0, 1, 1], [shade, 0.3, 1, 1], [shade, 0.6, 1, 1]]
+        np.testing.assert_allclose(values[corners[face]], expected, atol=1e-6)
 
 
 def test_vertex_colours_of_objects_have_no_known_name():

@@ -13,11 +13,12 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from ddgi.scene import product_texture
 from ddgi.scene.image import WRAP, Image
 from ddgi.scene.materials import Row
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.shapes import Geometry
-from ddgi.scene.textures import Value
+from ddgi.scene.textures import VertexValues
 
 WRAP_MODES = {code: name for name, code in WRAP.items()}
 ORIGIN = "made Lambertian"
@@ -63,19 +64,24 @@ class Palette:
 
     def bsdf(self, row: Row) -> str:
         """Name of the BSDF for a row, entered where it is new."""
-        described: dict[str, Any] = {"type": "diffuse", "reflectance": self._reflectance(row.base)}
+        described: dict[str, Any] = {"type": "diffuse", "reflectance": self._reflectance(row)}
         if row.double_sided:
             described = {"type": "twosided", "nested": described}
         if isinstance(row.opacity, Image):
-            opacity: Any = self._texture(row.opacity, channels=1)
+            opacity = _multiplied(self._texture(row.opacity, channels=1), row.vertex_opacity)
             described = {"type": "mask", "opacity": opacity, "nested": described}
+        elif row.vertex_opacity is not None:
+            described = {"type": "mask", "opacity": _attribute(row.vertex_opacity), "nested": described}
         elif row.opacity < 1:  # Mitsuba lets no mask into `twosided`: it is the outermost
             described = {"type": "mask", "opacity": float(row.opacity), "nested": described}
         return self._name("bsdf", repr(described), described)
 
-    def _reflectance(self, value: Value) -> dict[str, Any]:
+    def _reflectance(self, row: Row) -> dict[str, Any]:
+        value = row.base
         if isinstance(value, Image):
-            return self._texture(value, channels=3)
+            return _multiplied(self._texture(value, channels=3), row.vertex_color)
+        if row.vertex_color is not None:
+            return _attribute(row.vertex_color)
         return {"type": "rgb", "value": [float(x) for x in value]}
 
     def _texture(self, image: Image, channels: int) -> dict[str, Any]:
@@ -96,6 +102,16 @@ class Palette:
             self._names[key] = f"{kind}-{len(self._names)}"
             self.plugins[self._names[key]] = described
         return self._names[key]
+
+
+def _multiplied(picture: dict[str, Any], values: VertexValues | None) -> dict[str, Any]:
+    if values is None:
+        return picture
+    return {"type": product_texture.PLUGIN, "picture": picture, "tint": _attribute(values)}
+
+
+def _attribute(values: VertexValues) -> dict[str, Any]:
+    return {"type": "mesh_attribute", "name": values.name, "scale": values.scale}
 
 
 def _paint(tree: PluginTree, owner: int | mi.Shape, bsdf: int) -> None:

@@ -1,4 +1,4 @@
-"""Where a scene comes from: a built-in name, a Mitsuba file or a Mitsuba dictionary."""
+"""Where a scene comes from: a built-in name, a glTF or Mitsuba file, or a Mitsuba dictionary."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from ddgi.scene.daylight import AddedLights
 from ddgi.scene.scene import Scene
 
 MATERIALS = ("full", "diffuse")
+GLTF = (".glb", ".gltf")
+KINDS = (*GLTF, ".xml")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -35,8 +37,8 @@ def load_scene(
     """Load a scene.
 
     Args:
-        source: The name of a built-in scene, the path of a Mitsuba `.xml`, or a dictionary as for
-            `mi.load_dict`.
+        source: The name of a built-in scene, the path of a glTF file (`.glb`, `.gltf`) or of a Mitsuba
+            `.xml`, or a dictionary as for `mi.load_dict`.
         camera: Name or number of the scene's camera to look through, or a camera of your own; by
             default the scene's first.
         size: (width, height) of pictures [pixels]; by default what the camera says.
@@ -92,8 +94,27 @@ def _imported(
         return import_scene(PluginTree.parse(source), "scene", added=added, up=axis, diffuse=diffuse)
     if (path := _file(source)) is None:
         return _built_in(str(source), added, axis, diffuse)
+    if path.suffix.lower() in GLTF:
+        return _gltf(path, added, axis, diffuse)
     with searching(path.parent):
         return import_scene(PluginTree.parse(path), _name(path), added=added, up=axis, diffuse=diffuse)
+
+
+def _gltf(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+    from ddgi.scene.gltf.description import read_gltf
+    from ddgi.scene.mitsuba_scene import import_scene
+    from ddgi.scene.notes import Notes
+    from ddgi.scene.plugin_tree import PluginTree
+
+    notes = Notes()
+    read = read_gltf(path, notes)
+    up = np.array(AXES["y"]) if up is None else up
+    try:
+        tree = PluginTree.parse(read.description)
+        scene = import_scene(tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from error
+    return replace(scene, rig=read.rig)
 
 
 def _built_in(name: str, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
@@ -102,7 +123,9 @@ def _built_in(name: str, added: AddedLights, up: np.ndarray | None, diffuse: boo
     from ddgi.scene.plugin_tree import PluginTree
 
     if name not in BUILT_IN:
-        raise SceneError(f"no scene {name!r}: give a .xml file or one of {', '.join(sorted(BUILT_IN))}")
+        raise SceneError(
+            f"no scene {name!r}: give a .glb, .gltf or .xml file, or one of {', '.join(sorted(BUILT_IN))}"
+        )
     blueprint = BUILT_IN[name].build()
     tree = PluginTree.parse(blueprint.description)
     up = np.array(AXES["y"]) if up is None else up
@@ -119,8 +142,8 @@ def _file(source: str | Path) -> Path | None:
         raise SceneError(f"{path} is a folder: give the scene file in it")
     if not path.exists():
         raise SceneError(f"{path}: file not found")
-    if path.suffix.lower() != ".xml":
-        raise SceneError(f"{path}: unknown kind of scene file {path.suffix!r}, expected .xml")
+    if path.suffix.lower() not in KINDS:
+        raise SceneError(f"{path}: unknown kind of scene file {path.suffix!r}, expected {', '.join(KINDS)}")
     if path.stat().st_size == 0:
         raise SceneError(f"{path}: the file is empty")
     return path

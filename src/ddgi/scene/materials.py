@@ -18,8 +18,9 @@ from ddgi.scene.image import Image, Pack
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.reflectance import hemispherical_reflectance
-from ddgi.scene.textures import TextureReader, Value
+from ddgi.scene.textures import TextureReader, Value, VertexValues
 from ddgi.trace.materials import NO_TEXTURE, Materials
+from ddgi.trace.vertex_colors import NO_COLORS, VertexColors
 
 SMOOTH_ALPHA = 0.05
 """GGX alpha of perfectly smooth materials: small, yet a lamp's highlight still covers pixels."""
@@ -37,6 +38,8 @@ class Row:
     opacity: float | Image = 1.0
     double_sided: bool = False
     emission: Value | None = None
+    vertex_color: VertexValues | None = None  # multiplied with the base colour
+    vertex_opacity: VertexValues | None = None  # multiplied with the opacity
 
     @property
     def clear(self) -> bool:
@@ -52,6 +55,8 @@ class MaterialReader:
         self._notes = notes
         self._rows: dict[int, tuple[mi.BSDF, Row]] = {}  # the BSDF too: ids of lost objects return
         self._shape: mi.Shape | None = None
+        self._vertex: dict[str, VertexValues] = {}  # of the shape that is read
+        self._mixing = False
         self._rules: dict[str, Callable[[mi.BSDF], Row]] = {
             "SmoothDiffuse": self._diffuse,
             "TwoSidedBRDF": self._two_sided,
@@ -81,7 +86,9 @@ class MaterialReader:
         if id(bsdf) in self._rows:
             return self._rows[id(bsdf)][1]
         self._shape, self._textures.met_attribute = shape, False
+        self._vertex = {}
         row = self._read(bsdf)
+        row = replace(row, vertex_color=self._vertex.get("color"), vertex_opacity=self._vertex.get("opacity"))
         if not self._textures.met_attribute:  # vertex colours differ between shapes
             self._rows[id(bsdf)] = bsdf, row
         return row
@@ -94,7 +101,16 @@ class MaterialReader:
         return replace(row, base=row.base.clamped()) if row.base.texels[..., :3].max() > 1 else row
 
     def _color(self, bsdf: mi.BSDF, name: str) -> Value:
-        return self._textures.read(parts(bsdf)[name], self._shape)
+        texture = parts(bsdf)[name]
+        picture, tint = self._textures.factors(texture) or (None, texture)
+        found = None if self._mixing else self._textures.of_vertices(tint, self._shape)
+        if found is not None:
+            self._vertex["opacity" if name == "opacity" else "color"] = found
+            return np.ones(3) if picture is None else self._textures.read(picture, self._shape)
+        if picture is None:
+            return self._textures.read(texture, self._shape)
+        value, share = (self._textures.read(t, self._shape) for t in (picture, tint))
+        return value.tinted(_plain_mean(share)) if isinstance(value, Image) else value * _plain_mean(share)
 
     def _number(self, bsdf: mi.BSDF, name: str, default: float = 0.0) -> float:
         """A scalar parameter, be it a number or a texture (then its mean)."""
@@ -187,7 +203,10 @@ class MaterialReader:
     def _blend(self, bsdf: mi.BSDF) -> Row:
         nested = parts(bsdf)
         weight = min(max(self._number(bsdf, "weight"), 0.0), 1.0)
-        return self._mixed(self._read(nested["bsdf_0"]), self._read(nested["bsdf_1"]), weight)
+        before, self._mixing = self._mixing, True  # vertex colours of a part count by their mean
+        row = self._mixed(self._read(nested["bsdf_0"]), self._read(nested["bsdf_1"]), weight)
+        self._mixing = before
+        return row
 
     def _mixed(self, a: Row, b: Row, weight: float) -> Row:
         """(1 - weight) of a and weight of b. What is clear has no colour to mix in, only opacity."""
@@ -262,10 +281,41 @@ def material_table(rows: dict[int, Row]) -> Materials:
         opacity_texture=mi.UInt32(columns[1]),
         emission_texture=mi.UInt32(columns[2]),
         textures=pack.textures(),
-        any_opacity=any(isinstance(r.opacity, Image) or r.opacity < 1 for r in present),
+        vertex_colors=_vertex_colors(rows, size),
+        any_opacity=any(
+            isinstance(r.opacity, Image) or r.opacity < 1 or r.vertex_opacity is not None for r in present
+        ),
         any_specular=any(r.metallic > 0 or r.specular > 0 for r in present),
         any_single_sided=any(not r.double_sided for r in present),
         any_emission=any(r.emission is not None for r in present),
+    )
+
+
+def _vertex_colors(rows: dict[int, Row], size: int) -> VertexColors | None:
+    """The table of what vertices carry; None where none carries anything."""
+    first = np.full(size, NO_COLORS, np.uint32)
+    corners: list[np.ndarray] = []
+    tables: list[np.ndarray] = []
+    faces = vertices = 0
+    for number, row in rows.items():
+        given = row.vertex_color or row.vertex_opacity
+        if given is None:
+            continue
+        table = np.ones((len(given.values), 4), np.float32)
+        if row.vertex_color is not None:
+            table[:, :3] = row.vertex_color.values
+        if row.vertex_opacity is not None:
+            table[:, 3] = row.vertex_opacity.values.mean(1)
+        first[number] = faces
+        corners.append(given.faces.astype(np.uint32) + np.uint32(vertices))
+        tables.append(table)
+        faces, vertices = faces + len(given.faces), vertices + len(table)
+    if not tables:
+        return None
+    return VertexColors(
+        first=mi.UInt32(first),
+        corners=mi.UInt32(np.concatenate(corners).ravel()),
+        values=mi.Float(np.concatenate(tables).ravel()),
     )
 
 

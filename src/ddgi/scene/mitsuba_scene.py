@@ -36,6 +36,7 @@ def import_scene(
     up: np.ndarray | None = None,
     box: Box | None = None,
     diffuse: bool = False,
+    notes: Notes | None = None,
 ) -> Scene:
     """Build the scene that a plugin tree describes.
 
@@ -46,11 +47,12 @@ def import_scene(
         up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
         box: Box of interest [m]; by default the bounding box of the geometry.
         diffuse: Make every surface Lambertian, in the tree as well.
+        notes: What was changed or left out before.
 
     Raises:
         SceneError: An element cannot be used; the message names it.
     """
-    notes = Notes()
+    notes = notes or Notes()
     _clear_what_is_ours(tree, notes)
     cameras, camera_up = _cameras(tree, notes)
     if up is None:

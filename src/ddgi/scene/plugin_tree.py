@@ -16,6 +16,9 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.errors import SceneError
+from ddgi.scene import mesh_arrays, product_texture
+from ddgi.scene.mesh_arrays import register_mesh_arrays
+from ddgi.scene.product_texture import register_product
 from ddgi.scene.validate import check_finite
 
 
@@ -57,11 +60,14 @@ class PluginTree:
         config = mi.parser.ParserConfig(mi.variant() or "")
         config.merge_equivalent = config.merge_meshes = False  # shapes keep their names
         config.parallel = False
+        register_mesh_arrays()
+        register_product()
         try:
             if isinstance(source, dict):
                 state = mi.parser.parse_dict(config, source)
             else:
                 state = mi.parser.parse_file(config, str(source))
+            _set_kinds(state)
             mi.parser.transform_all(config, state)
         except Exception as error:  # the parser raises RuntimeError, TypeError and others
             raise SceneError(one_line(error)) from error
@@ -145,6 +151,7 @@ class PluginTree:
         """
         try:
             other = mi.parser.parse_dict(self._config, {"type": "scene", **description})
+            _set_kinds(other)
             mi.parser.transform_all(self._config, other)
         except Exception as error:
             raise SceneError(f"{origin}: {one_line(error)}") from error
@@ -224,6 +231,13 @@ class PluginTree:
                     raise SceneError(f"{self.label(index)}: file not found: {properties[key]}")
                 if path.stat().st_size == 0:
                     raise SceneError(f"{self.label(index)}: the file is empty: {properties[key]}")
+
+
+def _set_kinds(state: Any) -> None:
+    """Mitsuba's parser does not know what plugins written in Python are."""
+    kinds = {mesh_arrays.PLUGIN: mi.ObjectType.Shape, product_texture.PLUGIN: mi.ObjectType.Texture}
+    for node in state.nodes:
+        node.type = kinds.get(node.props.plugin_name(), node.type)
 
 
 def one_line(error: Exception) -> str:

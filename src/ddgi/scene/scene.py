@@ -13,6 +13,7 @@ from ddgi.lighting.lights import Lights
 from ddgi.scene.camera import Camera
 from ddgi.scene.dimming import dim
 from ddgi.scene.named_lights import NamedLight, find_light
+from ddgi.scene.rig import Rig
 from ddgi.trace.materials import Materials
 from ddgi.trace.mesh import MeshTracer
 
@@ -37,6 +38,7 @@ class Scene:
     shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
     named_lights: tuple[NamedLight, ...] = ()  # all that shine: delta lights, area lights, environment
     notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
+    rig: Rig | None = None  # what of a glTF file can move; None for others
     parsed: Any = None  # Mitsuba's parsed scene, all materials and lights in it; never built itself: `source`
 
     def __repr__(self) -> str:

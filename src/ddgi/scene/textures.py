@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -9,9 +10,11 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.luminance import LUMINANCE
+from ddgi.scene import product_texture
 from ddgi.scene.image import WRAP, Image
-from ddgi.scene.mesh_keys import mesh_attribute_mean
+from ddgi.scene.mesh_keys import mesh_attribute_mean, vertex_attribute
 from ddgi.scene.notes import Notes
+from ddgi.scene.plugin_parts import parts
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.validate import check_light
 
@@ -20,6 +23,16 @@ BAKED_SIZE = 512
 
 Value = np.ndarray | Image
 """(3,) linear RGB, the same everywhere; or an image."""
+
+
+@dataclass(frozen=True, eq=False)
+class VertexValues:
+    """A mesh attribute of V vertices."""
+
+    name: str
+    scale: float
+    faces: np.ndarray  # (F, 3)
+    values: np.ndarray  # (V, 1 or 3), scale included, in [0, 1]
 
 
 class TextureReader:
@@ -50,6 +63,32 @@ class TextureReader:
             value = self._value(texture, owner or f"{self._tree.label_of(texture)}: a value")
             self._read[key] = texture, value
         return self._read[key][1]
+
+    def of_vertices(self, texture: mi.Texture, shape: mi.Shape | None) -> VertexValues | None:
+        """What the vertices of a shape say, where a texture asks them.
+
+        Raises:
+            SceneError: A value is negative, NaN or infinite.
+        """
+        properties = self._tree.properties_of(texture)
+        if texture.class_name() != "MeshAttribute" or shape is None or properties is None:
+            return None
+        name, scale = properties.get("name", ""), properties.get("scale", 1.0)
+        found = vertex_attribute(shape, name)
+        if found is None or found[1].shape[1] not in (1, 3):
+            return None
+        values = scale * found[1]
+        check_light(values, f"{self._tree.label_of(texture)}: a value")
+        self.met_attribute = True
+        return VertexValues(name, scale, found[0], np.minimum(values, 1.0))
+
+    def factors(self, texture: mi.Texture) -> tuple[mi.Texture, mi.Texture] | None:
+        """Picture and tint of a product of the two; None for other textures."""
+        properties = self._tree.properties_of(texture)
+        if properties is None or properties.plugin_name() != product_texture.PLUGIN:
+            return None
+        made_of = parts(texture)
+        return made_of["picture"], made_of["tint"]
 
     def mean(self, texture: mi.Texture, shape: mi.Shape | None = None) -> np.ndarray:
         """(3,) mean colour; a note says if that dropped a texture."""
@@ -90,7 +129,7 @@ class TextureReader:
         if values.dtype == np.uint8:  # stored as in the file: decoded when read, unless raw
             raw = properties is not None and properties.get("raw", False)
             levels = np.arange(256) / 255
-            values = (levels if raw else _srgb_to_linear(levels)).astype(np.float16)[values]
+            values = (levels if raw else srgb_to_linear(levels)).astype(np.float16)[values]
         if properties is None:
             return values, {}
         wrap = WRAP[properties.get("wrap_mode", "repeat")]
@@ -137,5 +176,6 @@ def _to_uv(texture: mi.Texture) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return tuple(map(float, matrix[0])), tuple(map(float, matrix[1]))
 
 
-def _srgb_to_linear(x: np.ndarray) -> np.ndarray:
+def srgb_to_linear(x: np.ndarray) -> np.ndarray:
+    """Decode the sRGB curve; values in [0, 1]."""
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)

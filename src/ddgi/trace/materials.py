@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from ddgi.trace import textures
+from ddgi.trace import textures, vertex_colors
+from ddgi.trace.vertex_colors import Corner, VertexColors
 
 NO_TEXTURE = 0xFFFFFFFF
 """In a texture column: this row has no texture there; the constant column holds its value."""
@@ -47,6 +48,7 @@ class Materials:
     opacity_texture: mi.UInt32  # (S,) replaces opacity (first channel)
     emission_texture: mi.UInt32  # (S,) replaces emission
     textures: Textures | None  # None where no row has a texture
+    vertex_colors: VertexColors | None = None  # multiplied with base colour and opacity
     # What no row of this scene needs is compiled out:
     any_opacity: bool = False  # some surface may be passed through
     any_specular: bool = False  # some surface has metallic > 0 or specular F0 > 0
@@ -67,8 +69,13 @@ class Material:
     emission: mi.Color3f
 
 
-def lookup(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> Material:
-    """Material of each hit. row: (N,) registry number of the shape; uv: (N,); inactive lanes give zeros."""
+def lookup(
+    materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool, corner: Corner | None = None
+) -> Material:
+    """Material of each hit. row: (N,) registry number of the shape; uv: (N,); inactive lanes give zeros.
+
+    Vertex colours count where `corner` says which triangle was hit.
+    """
     base = dr.gather(mi.Vector4f, materials.base, row, active)
     surface = dr.gather(mi.Vector4f, materials.surface, row, active)
     color, opacity = mi.Color3f(base.x, base.y, base.z), base.w
@@ -82,15 +89,22 @@ def lookup(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool
             opacity = _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
         if materials.any_emission:
             emission = _textured(materials, materials.emission_texture, emission, row, uv, active)
+    if materials.vertex_colors is not None and corner is not None:
+        tint, share_there = vertex_colors.lookup(materials.vertex_colors, row, corner, active)
+        color, opacity = color * tint, opacity * share_there
     return Material(color, opacity, surface.x, surface.y, surface.z, surface.w > 0.5, emission * share)
 
 
-def lookup_opacity(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> mi.Float:
+def lookup_opacity(
+    materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool, corner: Corner | None = None
+) -> mi.Float:
     """Opacity of each hit, in [0, 1]; what rays that may pass through surfaces ask for."""
     opacity = dr.gather(mi.Vector4f, materials.base, row, active).w
-    if materials.textures is None:
-        return opacity
-    return _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
+    if materials.textures is not None:
+        opacity = _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
+    if materials.vertex_colors is not None and corner is not None:
+        opacity = opacity * vertex_colors.lookup(materials.vertex_colors, row, corner, active)[1]
+    return opacity
 
 
 def _textured(materials, column, constant, row, uv, active):

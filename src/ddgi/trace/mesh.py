@@ -11,6 +11,7 @@ from ddgi.extrema import largest
 from ddgi.sampling import Clock, uniform_2d
 from ddgi.trace.materials import Materials, lookup, lookup_opacity
 from ddgi.trace.surface import Surface
+from ddgi.trace.vertex_colors import Corner
 
 MAX_LAYERS = 32
 """Surfaces with opacity below one that a ray passes before it stops looking."""
@@ -32,8 +33,8 @@ class MeshTracer:
         flags = mi.RayFlags.ShadingFrame
         if self.materials.textures is not None:
             flags = flags | mi.RayFlags.UV
-        si = self.scene.ray_intersect(ray, int(flags), coherent, active)
-        return self._surface(si, direction, skipped)
+        si, corner = self._hit(ray, flags, coherent, active)
+        return self._surface(si, corner, direction, skipped)
 
     def visible(self, origin, direction, distance, active):
         """See `Tracer.visible`."""
@@ -42,10 +43,18 @@ class MeshTracer:
             return dr.select(active & ~self.scene.ray_test(ray, active), mi.Float(1), mi.Float(0))
         return self._transmittance(origin, direction, distance, active)
 
-    def _surface(self, si, direction, skipped) -> Surface:
+    def _hit(self, ray, flags, coherent, active):
+        """What a ray meets, and where on its triangle if vertices have colours."""
+        if self.materials.vertex_colors is None:
+            return self.scene.ray_intersect(ray, int(flags), coherent, active), None
+        found = self.scene.ray_intersect_preliminary(ray, coherent, active)
+        si = found.compute_surface_interaction(ray, int(flags), active)
+        return si, Corner(found.prim_index, found.prim_uv)
+
+    def _surface(self, si, corner, direction, skipped) -> Surface:
         valid = si.is_valid()
         row = _row(si)
-        material = lookup(self.materials, row, si.uv, valid)
+        material = lookup(self.materials, row, si.uv, valid, corner)
         up = mi.Normal3f(0, 0, 1)
         # Vertex normals, where a mesh has them, say which side is its front; the winding need not agree.
         shading = si.sh_frame.n
@@ -73,9 +82,9 @@ class MeshTracer:
     def _hit_opacity(self, origin, direction, distance, active):
         """Next hit from `origin`: (hit, its distance, its opacity)."""
         ray = mi.Ray3f(origin, direction, distance, 0.0, [])
-        si = self.scene.ray_intersect(ray, int(mi.RayFlags.UV), False, active)
+        si, corner = self._hit(ray, mi.RayFlags.UV, False, active)
         hit = active & si.is_valid()
-        opacity = lookup_opacity(self.materials, _row(si), si.uv, hit)
+        opacity = lookup_opacity(self.materials, _row(si), si.uv, hit, corner)
         step = si.t + mi.math.RayEpsilon * (1 + largest(dr.abs(si.p)))
         return hit, step, opacity
 

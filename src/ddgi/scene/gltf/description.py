@@ -1,0 +1,147 @@
+"""A glTF file to the dictionary that Mitsuba's parser takes, and to what in it can move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ddgi.errors import SceneError
+from ddgi.scene.gltf import cameras, lights
+from ddgi.scene.gltf.accessors import Accessors
+from ddgi.scene.gltf.buffers import Views
+from ddgi.scene.gltf.document import REFINEMENTS, UNDERSTOOD, Container, read_container
+from ddgi.scene.gltf.images import Images
+from ddgi.scene.gltf.materials import Materials
+from ddgi.scene.gltf.motion import read_clips, read_skins
+from ddgi.scene.gltf.names import Names
+from ddgi.scene.gltf.nodes import NONE, Placed, local_matrix, parents_of, placed_nodes
+from ddgi.scene.gltf.primitives import PrimitiveReader
+from ddgi.scene.gltf.schema import Document
+from ddgi.scene.gltf.shapes import ShapeBuilder
+from ddgi.scene.gltf.textures import Textures
+from ddgi.scene.notes import Notes
+from ddgi.scene.rig import Rig, RigNode
+
+
+@dataclass(frozen=True)
+class Described:
+    """A glTF file, ready for Mitsuba's parser."""
+
+    description: dict[str, Any]
+    rig: Rig
+
+
+def read_gltf(path: Path, notes: Notes) -> Described:
+    """Read a .gltf or .glb file.
+
+    Args:
+        path: The file; others that it names must lie in its folder.
+        notes: Takes what was changed or left out.
+
+    Raises:
+        SceneError: It cannot be used; the message names the file and the element.
+    """
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is checked
+            return _described(read_container(path), notes)
+    except SceneError as error:
+        line = "".join(c if c.isprintable() else " " for c in str(error))  # what the file says is in it
+        raise SceneError(f"{path}: {line}") from error
+
+
+def _described(container: Container, notes: Notes) -> Described:
+    document = container.document
+    _note_extensions(document, notes)
+    views = Views(container)
+    accessors = Accessors(document, views)
+    made = Textures(document, Images(container, views), notes)
+    materials = Materials(document, made, notes)
+    nodes = placed_nodes(document)
+    skins, clips = read_skins(document, accessors), read_clips(document, accessors, notes)
+    worlds = {placed.index: placed.world for placed in nodes}
+    names = Names()
+    things = _Things(document, notes, names)
+    for placed in nodes:  # before shapes: people call lights and cameras by their names
+        if placed.visible:
+            things.add(placed)
+    builder = ShapeBuilder(
+        document, accessors, PrimitiveReader(accessors, views), materials, skins, worlds, notes, names
+    )
+    shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
+    _note_geometry(builder, notes)
+    if clips:
+        notes.add(f"{len(clips)} animation(s) kept; the picture shows the file at rest")
+    description = {
+        "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
+    }  # fmt: skip
+    rig = Rig(_rig_nodes(document, shapes, things), skins, clips, builder.bendable)
+    return Described(description, rig)
+
+
+class _Things:
+    """Lights and cameras of a scene, as inside a scene dictionary."""
+
+    def __init__(self, document: Document, notes: Notes, names: Names) -> None:
+        self._document = document
+        self._notes = notes
+        self._names = names
+        self.plugins: dict[str, dict[str, Any]] = {}
+        self.lights: dict[int, str] = {}  # name by node
+        self.cameras: dict[int, str] = {}
+
+    def add(self, placed: Placed) -> None:
+        node = placed.node
+        if node.camera is not None:
+            camera = self._document.cameras[node.camera]
+            name = self._names.unique(node.name or camera.name or f"camera-{len(self.cameras)}")
+            self._put(name, cameras.sensor(camera, placed))
+            self.cameras[placed.index] = name
+        if node.extensions.light is not None:
+            light = self._document.lights[node.extensions.light.light]
+            name = self._names.unique(node.name or light.name or f"{light.type}-{len(self.lights)}")
+            self._put(name, lights.emitter(light, placed, self._notes))
+            self.lights[placed.index] = name
+
+    def _put(self, name: str, plugin: dict[str, Any]) -> None:
+        self.plugins[f"_thing-{len(self.plugins)}"] = {"id": name, **plugin}
+
+
+def _note_extensions(document: Document, notes: Notes) -> None:
+    for name in sorted(set(document.extensions_used) - UNDERSTOOD):
+        what = "refines the picture: left out" if name in REFINEMENTS else "is not read"
+        notes.add(f"{name if name.isprintable() else repr(name)} {what}")
+
+
+def _note_geometry(builder: ShapeBuilder, notes: Notes) -> None:
+    if builder.not_triangles:
+        notes.add(f"{builder.not_triangles} primitive(s) of points or lines left out")
+    if builder.without_area:
+        notes.add(f"{builder.without_area} triangle(s) without area left out")
+
+
+def _rig_nodes(document: Document, shapes: dict[int, list[str]], things: _Things) -> tuple[RigNode, ...]:
+    nodes = []
+    for index, (node, parent) in enumerate(zip(document.nodes, parents_of(document), strict=True)):
+        parts = node.matrix is None
+        mesh = None if node.mesh is None else document.meshes[node.mesh]
+        weights = node.weights if node.weights is not None else mesh.weights if mesh is not None else []
+        nodes.append(
+            RigNode(
+                name=node.name or f"node-{index}",
+                parent=None if parent == NONE else parent,
+                children=tuple(node.children),
+                local=local_matrix(node, f"nodes[{index}]"),
+                translation=np.array(node.translation) if parts else None,
+                rotation=np.array(node.rotation) if parts else None,
+                scale=np.array(node.scale) if parts else None,
+                skin=node.skin,
+                weights=tuple(weights),
+                shapes=tuple(shapes.get(index, ())),
+                light=things.lights.get(index),
+                camera=things.cameras.get(index),
+            )
+        )
+    return tuple(nodes)
