@@ -232,7 +232,7 @@ def constants() -> Any:
         View("two-rooms", materials="diffuse", target=0.1),
         View("courtyard", target=0.2),
     )
-    return judged(views, trials(*CONSTANTS), frames=24, seconds=0)
+    return judged(views, trials(*CONSTANTS), frames=40, seconds=0)
 
 
 STUDIES: dict[str, Callable[[], Any]] = {

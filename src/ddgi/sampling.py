@@ -23,7 +23,8 @@ import mitsuba as mi
     PIXEL_ALPHA,
     ROUNDING,
     WALLS,
-) = range(10)
+    REGION,
+) = range(11)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 

@@ -310,7 +310,7 @@ def test_a_path_traced_picture_of_a_diffuse_scene_stays_as_it_is():
 def test_built_in_scenes(name):
     """Their shapes are mesh objects."""
     scene = load(name)
-    low, high = np.array(scene.box)
+    low, high = np.array(scene.bounds)
     random = np.random.default_rng(1)
     origin = random.uniform(low, high, (64, 3))
     direction = random.normal(size=(64, 3))
@@ -325,7 +325,7 @@ def test_real_scenes(name):
     if not path.exists():
         pytest.skip(f"shared scenes are not at {SHARED}")
     scene = load(path)
-    middle = np.mean(scene.box, 0)
+    middle = np.mean(scene.bounds, 0)
     direction = np.random.default_rng(1).normal(size=(128, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     front, _ = check_same(scene, np.float32(np.tile(middle, (128, 1))), np.float32(direction))

@@ -50,7 +50,7 @@ def test_cornell_box():
         "light", "floor", "ceiling", "back", "green-wall", "red-wall", "small-box", "large-box"}  # fmt: skip
     assert scene.triangles == 36
     assert scene.up == (0, 1, 0)
-    np.testing.assert_allclose(scene.box, [[-1, -1.01, -1], [1, 1, 1]], atol=1e-5)
+    np.testing.assert_allclose(scene.bounds, [[-1, -1.01, -1], [1, 1, 1]], atol=1e-5)
     base = np.array(scene.materials.base).reshape(-1, 4)
     np.testing.assert_allclose(base[scene.shapes["red-wall"]], [0.570068, 0.0430135, 0.0443706, 1], atol=1e-6)
     assert scene.lights.area_count == 1

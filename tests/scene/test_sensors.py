@@ -146,7 +146,7 @@ def test_a_scene_without_a_sensor_gets_one_inside_its_box():
     assert any("no camera" in note for note in scene.notes)
     np.testing.assert_allclose(vectors(scene.camera.forward), [[0, 0, -1]], atol=1e-6)
     position = vectors(scene.camera.position)[0]
-    assert all(low < p < high for p, low, high in zip(position, *scene.box, strict=True))
+    assert all(low < p < high for p, low, high in zip(position, *scene.bounds, strict=True))
 
 
 def test_a_sensor_at_nan_is_named():

@@ -11,7 +11,7 @@ import numpy as np
 
 from ddgi.backend import use_backend
 from ddgi.errors import SettingsError
-from ddgi.probes import formats, grid, query, volume, walls
+from ddgi.probes import formats, grid, query, region, volume, walls
 from ddgi.probes.volume import ProbeVolume
 
 if TYPE_CHECKING:
@@ -31,14 +31,14 @@ class IrradianceField:
 
     @staticmethod
     def fit(scene: Scene, settings: RenderSettings) -> IrradianceField:
-        """An empty field over a scene's box of interest.
+        """An empty field over a box: `grid.box`, else the scene's own, else where its cameras' light is.
 
         Raises:
             SettingsError: The volume is impossible, lies wholly outside the scene, or needs more
                 memory than `grid.memory_limit`.
         """
         use_backend()
-        box = settings.grid.box or scene.box
+        box = settings.grid.box or scene.box or region.find(scene.tracer, scene.cameras, scene.bounds)
         if not all(a <= d and c <= b for a, b, c, d in zip(*box, *scene.bounds, strict=True)):
             raise SettingsError(f"grid.box {box} lies wholly outside the scene, {scene.bounds}")
         seen = walls.find(scene.tracer, box) if settings.grid.margin is None else None

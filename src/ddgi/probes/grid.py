@@ -16,13 +16,11 @@ import mitsuba as mi
 from annotated_types import Ge, Gt, Interval
 from typing_extensions import Doc
 
+from ddgi.box import Box
 from ddgi.errors import SettingsError
 from ddgi.extrema import at_most
 from ddgi.probes.walls import Walls, best_margins
 from ddgi.settings_group import settings_group
-
-Triple = tuple[float, float, float]
-Box = tuple[Triple, Triple]
 
 
 @settings_group("grid")

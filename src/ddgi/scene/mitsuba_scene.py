@@ -9,6 +9,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from ddgi.box import Box
 from ddgi.errors import SceneError
 from ddgi.scene.camera import Camera
 from ddgi.scene.daylight import AddedLights, default_daylight
@@ -19,7 +20,7 @@ from ddgi.scene.named_lights import name_lights
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.scene import Scene
-from ddgi.scene.sensors import CAMERAS, Box, default_camera, read_camera, sensor_up
+from ddgi.scene.sensors import CAMERAS, default_camera, read_camera, sensor_up
 from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
 
@@ -45,7 +46,7 @@ def import_scene(
         name: What to call it.
         added: Lights to add.
         up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
-        box: Box of interest [m]; by default the bounding box of the geometry.
+        box: What probes should cover [m], if the scene's maker says.
         diffuse: Make every surface Lambertian, in the tree as well.
         notes: What was changed or left out before.
 
@@ -73,14 +74,12 @@ def import_scene(
             emitters.add(tree.build(index))
 
     mi_scene = _assembled(geometry, emitters.environment)
-    if box is None:
-        bounds = mi_scene.bbox()
-        box = _point(bounds.min), _point(bounds.max)
-    if not np.isfinite(box).all():
+    bounds = _point(mi_scene.bbox().min), _point(mi_scene.bbox().max)
+    if not np.isfinite(bounds).all():
         raise SceneError(f"{name}: its bounding box is not finite")
     if not cameras:
         notes.add("no camera in the scene: one added that looks along the box")
-        cameras = [default_camera(box, up)]
+        cameras = [default_camera(box or bounds, up)]
     return Scene(
         name=name,
         mi_scene=mi_scene,

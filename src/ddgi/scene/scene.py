@@ -8,6 +8,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from ddgi.box import Box
 from ddgi.errors import SceneError
 from ddgi.lighting.lights import Lights
 from ddgi.scene.camera import Camera
@@ -33,7 +34,7 @@ class Scene:
     lights: Lights
     cameras: tuple[Camera, ...]  # at least one
     up: tuple[float, float, float]  # unit vector
-    box: tuple[tuple[float, float, float], tuple[float, float, float]]  # (low, high) box of interest [m]
+    box: Box | None  # (low, high) of what probes should cover, if its maker says [m]
     triangles: int
     shapes: dict[str, int] = field(default_factory=dict)  # shape name -> row of the material table
     named_lights: tuple[NamedLight, ...] = ()  # all that shine: delta lights, area lights, environment
@@ -46,14 +47,13 @@ class Scene:
         return f"Scene({self.name!r}, {self.triangles:,} triangles, cameras: {cameras})"
 
     @property
-    def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    def bounds(self) -> Box:
         """(low, high) corner of the box around all geometry and the box of interest [m]."""
-        box = self.mi_scene.bbox()
-        low, high = np.ravel(box.min), np.ravel(box.max)
-        if not (low <= high).all():  # no geometry
-            return self.box
-        first, last = np.minimum(low, self.box[0]), np.maximum(high, self.box[1])
-        return tuple(first.tolist()), tuple(last.tolist())
+        bounds = self.mi_scene.bbox()
+        low, high = np.ravel(bounds.min), np.ravel(bounds.max)
+        if self.box is not None:
+            low, high = np.minimum(low, self.box[0]), np.maximum(high, self.box[1])
+        return tuple(low.tolist()), tuple(high.tolist())
 
     @property
     def source(self) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import mitsuba as mi
 import numpy as np
 
+from ddgi.box import Box
 from ddgi.scene.camera import Camera, look_at, make_camera
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree
@@ -17,8 +18,6 @@ from ddgi.scene.validate import check_finite
 CAMERAS = ("perspective", "thinlens", "orthographic")
 """Plugins that are cameras to us."""
 DEFAULT_SIZE = (640, 360)
-
-Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 def read_camera(sensor: mi.Sensor, name: str, tree: PluginTree, notes: Notes) -> Camera | None:

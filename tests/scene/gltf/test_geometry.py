@@ -253,8 +253,8 @@ def test_instances_stay_instances(tmp_path):
     assert scene.triangles == 4
     assert set(scene.shapes) == {"tree"}
     assert [s.class_name() for s in scene.mi_scene.shapes()].count("Instance") == 2
-    np.testing.assert_allclose(scene.box, [[0, 0, 0], [2, 2, 4]], atol=1e-5)
+    np.testing.assert_allclose(scene.bounds, [[0, 0, 0], [2, 2, 4]], atol=1e-5)
     writer.json["nodes"][node]["scale"] = [-1, 1, 1]  # mirrored: meshes of their own
     mirrored = load_scene(writer.gltf(tmp_path), sky=[1, 1, 1])
-    np.testing.assert_allclose(mirrored.box, [[-2, 0, 0], [0, 2, 4]], atol=1e-5)
+    np.testing.assert_allclose(mirrored.bounds, [[-2, 0, 0], [0, 2, 4]], atol=1e-5)
     assert any("mirrored" in note for note in mirrored.notes)
