@@ -99,9 +99,10 @@ def test_moves_along_with_the_scene():
     lamp = {"type": "point", "position": [0, 1, 0]}
     shift = np.array([120.0, -40.0, 7.0])
     boxes = []
+    eye, target = np.array([0, 1.5, -2]), np.array([0.2, 1.2, 2])
     for by in (np.zeros(3), shift):
         scene = load({"type": "scene", **room(*(ROOM + by), "room"), "lamp": lamp})
-        boxes.append(found(scene, look_at(by + [0, 1.5, -2], by + [0.2, 1.2, 2])) - by)
+        boxes.append(found(scene, look_at(by + eye, by + target)) - by)
     assert np.allclose(*boxes, atol=0.02)
 
 
