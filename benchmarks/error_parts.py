@@ -20,11 +20,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ddgi.frame import advance, expose  # isort: skip  # before Dr.Jit: it loads LLVM once
+
 import drjit as dr
 import mitsuba as mi
 from studies import RESULTS, View, judged, machine, trials
 
-from ddgi.frame import advance, expose
 from ddgi.probes import query
 from ddgi.trace.surface import offset_origin
 

@@ -46,7 +46,7 @@ def _quality_row(r: dict[str, Any]) -> Sequence[Any]:
     return (
         r["name"], r["materials"], "×".join(map(str, r["size"])), f"{r['flip_mean']:.3f}", f"{r['flip_p99']:.2f}",
         f"{100 * r['luminance_error']:+.1f} %", f"{r['rel_mse']:.4f}", one, *told,
-        f"{r['reference_spp']:,} spp, {r['reference_flip']:.3f}",
+        f"{r['reference_spp']:,} from the {r['reference_start']}, {r['reference_flip']:.3f}",
         f"yes, for {r['target']:g}" if r["valid"] else f"**no**, for {r['target']:g}",
     )  # fmt: skip
 
