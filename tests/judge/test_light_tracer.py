@@ -107,10 +107,16 @@ def test_does_not_suit_parallel_rays_of_sight():
 
 def test_the_reference_starts_where_less_noise_comes_of_it(tmp_path):
     """A room lit by one spot: hard to find for paths from the camera."""
-    spot = ddgi.load_scene("statue-box", size=SIZE, materials="diffuse")
+    spot = ddgi.load_scene("statue-box", size=(96, 54), materials="diffuse")
     assert make_reference(spot, spot.camera, 10.0, 0, tmp_path).start == "lamps"
     sky = ddgi.load_scene("forest", size=SIZE, materials="diffuse")
     assert make_reference(sky, sky.camera, 10.0, 0, tmp_path).start == "camera"
+
+
+def test_seldom_seen_light_does_not_pass_for_little_noise(tmp_path):
+    """The sun over a wide field with a house: nearly all paths from it end far from the picture."""
+    house = ddgi.load_scene("house", camera="open", size=(64, 36), materials="diffuse")
+    assert make_reference(house, house.camera, 10.0, 0, tmp_path).start == "camera"
 
 
 def test_a_reference_goes_on_from_where_it_started(tmp_path):

@@ -31,6 +31,8 @@ FIRST_SAMPLES = 8
 """Samples per pixel of each half to begin with; doubled until the noise is low enough."""
 DIRECT_SHARE = {"camera": 2, "lamps": 4}
 """Direct light alone is less noisy: it takes a half or a quarter of the samples."""
+PILOT_BLOCK = 8
+"""Side of the blocks of pixels whose noise decides where paths start."""
 MOST_SAMPLES = 2**24
 PILOT_PIXELS = 2**13
 """Most pixels of the pilot: as many as tell noise, few enough to cost little."""
@@ -166,9 +168,19 @@ def _better_start(makers: dict[Start, Maker]) -> Start:
         make(FIRST_SAMPLES, MOST_SAMPLES - 2 * FIRST_SAMPLES)  # compiles, and is not timed
         begin = perf_counter()
         halves, _ = make(FIRST_SAMPLES, MOST_SAMPLES - FIRST_SAMPLES)
-        noise = np.abs(halves[0] - halves[1]).mean(dtype=np.float64)
+        noise = np.abs(_blocks(halves[0]) - _blocks(halves[1])).mean()
         cost[start] = noise * noise * (perf_counter() - begin)
     return min(cost, key=lambda start: cost[start])
+
+
+def _blocks(picture: np.ndarray) -> np.ndarray:
+    """Means of blocks of pixels: in single ones a few bright samples among many black ones pass for little noise."""
+    rows, columns = (
+        np.linspace(0, n, max(1, n // PILOT_BLOCK), endpoint=False, dtype=int) for n in picture.shape[:2]
+    )
+    sums = np.add.reduceat(np.add.reduceat(picture.astype(np.float64), rows, 0), columns, 1)
+    means: np.ndarray = sums / PILOT_BLOCK**2
+    return means
 
 
 def _refined(
