@@ -50,7 +50,7 @@ def render(
     scene_request: SceneRequest,
     settings_request: SettingsRequest,
 ) -> None:
-    """Render SCENE, a built-in name, a glTF file (.glb, .gltf) or a Mitsuba .xml file, lit by probes."""
+    """Render SCENE, a built-in name, a glTF (.glb, .gltf), .obj, .ply or Mitsuba .xml file, lit by probes."""
     with Progress() as progress:
         progress.phase("starting")
         figures = _render(scene, outputs, frames, json_file, scene_request, settings_request, progress)

@@ -1,4 +1,4 @@
-"""Where a scene comes from: a built-in name, a glTF or Mitsuba file, or a Mitsuba dictionary."""
+"""Where a scene comes from: a built-in name, a glTF, OBJ, PLY or Mitsuba file, or a Mitsuba dictionary."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import gc
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,9 +16,12 @@ from ddgi.scene.camera import Camera, with_size
 from ddgi.scene.daylight import AddedLights
 from ddgi.scene.scene import Scene
 
+if TYPE_CHECKING:  # it needs no variant, but what it is used with does
+    from ddgi.scene.notes import Notes
+
 MATERIALS = ("full", "diffuse")
 GLTF = (".glb", ".gltf")
-KINDS = (*GLTF, ".xml")
+KINDS = (*GLTF, ".obj", ".ply", ".xml")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -37,8 +40,8 @@ def load_scene(
     """Load a scene.
 
     Args:
-        source: The name of a built-in scene, the path of a glTF file (`.glb`, `.gltf`) or of a Mitsuba
-            `.xml`, or a dictionary as for `mi.load_dict`.
+        source: The name of a built-in scene, the path of a glTF (`.glb`, `.gltf`), `.obj`, `.ply`
+            or Mitsuba `.xml` file, or a dictionary as for `mi.load_dict`.
         camera: Name or number of the scene's camera to look through, or a camera of your own; by
             default the scene's first.
         size: (width, height) of pictures [pixels]; by default what the camera says.
@@ -96,25 +99,56 @@ def _imported(
         return _built_in(str(source), added, axis, diffuse)
     if path.suffix.lower() in GLTF:
         return _gltf(path, added, axis, diffuse)
+    if path.suffix.lower() == ".obj":
+        return _obj(path, added, axis, diffuse)
+    if path.suffix.lower() == ".ply":
+        return _ply(path, added, axis, diffuse)
     with searching(path.parent):
         return import_scene(PluginTree.parse(path), _name(path), added=added, up=axis, diffuse=diffuse)
 
 
 def _gltf(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.gltf.description import read_gltf
-    from ddgi.scene.mitsuba_scene import import_scene
     from ddgi.scene.notes import Notes
-    from ddgi.scene.plugin_tree import PluginTree
 
     notes = Notes()
     read = read_gltf(path, notes)
+    return replace(_described(path, read.description, notes, added, up, diffuse), rig=read.rig)
+
+
+def _obj(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+    from ddgi.scene.notes import Notes
+    from ddgi.scene.obj.description import read_obj
+
+    notes = Notes()
+    return _described(path, read_obj(path, notes), notes, added, up, diffuse)
+
+
+def _ply(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+    from ddgi.scene.notes import Notes
+    from ddgi.scene.ply import read_ply
+
+    return _described(path, read_ply(path), Notes(), added, up, diffuse)
+
+
+def _described(
+    path: Path,
+    description: dict[str, Any],
+    notes: Notes,
+    added: AddedLights,
+    up: np.ndarray | None,
+    diffuse: bool,
+) -> Scene:
+    """The scene that a description made of a file stands for; +y is up unless the caller says."""
+    from ddgi.scene.mitsuba_scene import import_scene
+    from ddgi.scene.plugin_tree import PluginTree
+
     up = np.array(AXES["y"]) if up is None else up
     try:
-        tree = PluginTree.parse(read.description)
-        scene = import_scene(tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes)
+        tree = PluginTree.parse(description)
+        return import_scene(tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from error
-    return replace(scene, rig=read.rig)
 
 
 def _built_in(name: str, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
@@ -124,7 +158,7 @@ def _built_in(name: str, added: AddedLights, up: np.ndarray | None, diffuse: boo
 
     if name not in BUILT_IN:
         raise SceneError(
-            f"no scene {name!r}: give a .glb, .gltf or .xml file, or one of {', '.join(sorted(BUILT_IN))}"
+            f"no scene {name!r}: give a .glb, .gltf, .obj, .ply or .xml file, or one of {', '.join(sorted(BUILT_IN))}"
         )
     blueprint = BUILT_IN[name].build()
     tree = PluginTree.parse(blueprint.description)

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import base64
 import binascii
-import re
 from pathlib import Path
 from urllib.parse import unquote, unquote_to_bytes
 
 from ddgi.errors import SceneError
-
-SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]*:")
-SHOWN = 60
-"""Characters of a URI that messages show."""
+from ddgi.scene.beside import SCHEME, file_beside, shown
 
 
 def read_uri(uri: str, folder: Path, owner: str) -> bytes:
@@ -32,7 +28,7 @@ def read_uri(uri: str, folder: Path, owner: str) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise SceneError(f"{owner}: {_shown(uri)} cannot be read: {error.strerror}") from error
+        raise SceneError(f"{owner}: {shown(uri)} cannot be read: {error.strerror}") from error
 
 
 def local_path(uri: str, folder: Path, owner: str) -> Path:
@@ -42,27 +38,12 @@ def local_path(uri: str, folder: Path, owner: str) -> Path:
         SceneError: It does not exist, or does not lie in `folder`.
     """
     if SCHEME.match(uri):
-        raise SceneError(f"{owner}: {_shown(uri)} is neither a file beside the scene nor a data URI")
+        raise SceneError(f"{owner}: {shown(uri)} is neither a file beside the scene nor a data URI")
     try:
-        name = unquote(uri, errors="strict").replace("\\", "/")  # as exporters on Windows write paths
+        name = unquote(uri, errors="strict")
     except UnicodeDecodeError as error:
-        raise SceneError(f"{owner}: the path {_shown(uri)} is not UTF-8") from error
-    outside = SceneError(f"{owner}: {_shown(uri)} leads out of the scene's folder, which is not allowed")
-    if name.startswith("/") or SCHEME.match(name):
-        raise outside
-    if not name or not name.isprintable():
-        raise SceneError(f"{owner}: {_shown(uri)!r} is not the path of a file")
-    try:
-        path = (folder / name).resolve()
-        inside = path.is_relative_to(folder.resolve())
-        found = path.is_file()
-    except (OSError, RuntimeError) as error:  # names too long, links in a circle
-        raise SceneError(f"{owner}: {_shown(uri)} cannot be found") from error
-    if not inside:
-        raise outside
-    if not found:
-        raise SceneError(f"{owner}: file not found: {_shown(uri)}")
-    return path
+        raise SceneError(f"{owner}: the path {shown(uri)} is not UTF-8") from error
+    return file_beside(name, folder, owner, written=uri)
 
 
 def _data(uri: str, owner: str) -> bytes:
@@ -75,8 +56,3 @@ def _data(uri: str, owner: str) -> bytes:
         return base64.b64decode(unquote_to_bytes(body), validate=True)
     except binascii.Error as error:
         raise SceneError(f"{owner}: its data URI is not base64: {error}") from error
-
-
-def _shown(uri: str) -> str:
-    text = uri if uri.isprintable() else repr(uri)
-    return text if len(text) <= SHOWN else text[:SHOWN] + "..."
