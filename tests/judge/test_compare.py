@@ -9,10 +9,11 @@ import ddgi
 from ddgi.config import load_settings
 from ddgi.errors import DDGIError
 from ddgi.judge import denoiser, sheet
-from ddgi.judge.compare import compare
+from ddgi.judge.compare import _still_dark, compare
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.lettering import text_width, wrapped
-from ddgi.judge.rival import samples_in
+from ddgi.judge.path_tracer import Samples
+from ddgi.judge.rival import sample_ms, samples_in
 from ddgi.judge.table import front, table
 from ddgi.judge.trial import Trial, run
 from ddgi.scene.camera import look_at
@@ -82,6 +83,25 @@ def test_rivals_get_as_many_samples_as_fit():
     assert samples_in(100, 40) == 2
     assert samples_in(100, 41) == 2
     assert samples_in(10, 40) == 1, "one at least"
+
+
+def test_a_sample_costs_what_one_more_takes():
+    """A tracer that needs 5 ms to start and 2 for each sample."""
+
+    class Slow:
+        def render(self, camera, spp, seed):
+            return Samples(np.zeros((1, 1, 3)), spp, 5.0 + 2.0 * spp)
+
+    assert sample_ms(Slow(), None) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("frames, told", [(10, True), (400, False)])
+def test_without_a_warm_up_the_dark_start_is_told_of(found, frames, told):
+    settings = ddgi.RenderSettings.preset("scale")
+    outcome = replace(found.judged[0].outcome, trial=Trial("scale", settings), frames=frames)
+    lines = _still_dark([replace(found.judged[0], outcome=outcome)])
+    assert bool(lines) == told
+    assert all("blend.warm_up" in line for line in lines)
 
 
 def test_table_names_every_configuration_and_the_front(found):

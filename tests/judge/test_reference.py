@@ -137,6 +137,24 @@ def test_files_that_do_not_fit_are_ignored(scene, tmp_path, monkeypatch):
     assert cache.load(cache.Key.of(scene, scene.camera, tmp_path)) is None
 
 
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"direct": np.zeros((3, 3, 3), np.float32)},
+        {"halves": np.zeros((2, 24, 20, 3), np.float32)},
+        {"direct": np.full((24, 24, 3), np.nan, np.float32)},
+    ],
+)
+def test_damaged_arrays_are_made_anew(scene, tmp_path, damage):
+    found = make_reference(scene, scene.camera, 10.0, 0, tmp_path)
+    key = cache.Key.of(scene, scene.camera, tmp_path)
+    cache.store(key, {**cache.load(key), **damage})
+    assert cache.load(key) is None
+    assert np.array_equal(
+        make_reference(scene, scene.camera, 10.0, 0, tmp_path).halves.shape, found.halves.shape
+    )
+
+
 def test_what_a_view_shows_decides_where_it_is_kept(scene, tmp_path):
     key = cache.Key.of(scene, scene.camera, tmp_path)
     assert cache.Key.of(ddgi.load_scene("cornell-point", size=(24, 24)), scene.camera, tmp_path) == key

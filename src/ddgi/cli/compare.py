@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -100,7 +101,7 @@ def compare(
 
         click.echo(table(found))
     if json_file is not None:
-        write_figures(json_file, found.figures())
+        write_figures(json_file, found.figures() | {"command": sys.argv[1:]})
 
 
 def _check_presets(presets: str | None) -> None:

@@ -30,13 +30,15 @@ class Key:
 
     text: str
     path: Path
+    shape: tuple[int, int]  # (height, width) [pixels]
 
     @classmethod
     def of(cls, scene: Scene, camera: Camera, folder: Path | None = None) -> Key:
         """Key of a view of a scene."""
         text = f"ddgi {FORMAT}, mitsuba {version('mitsuba')}, {fingerprint(scene)}, {camera.fingerprint()}"
         name = f"{scene.name}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.npz"
-        return cls(text, (folder or default_folder()) / name)
+        width, height = camera.size
+        return cls(text, (folder or default_folder()) / name, (height, width))
 
 
 def default_folder() -> Path:
@@ -52,9 +54,13 @@ def load(key: Key) -> dict[str, Any] | None:
         with open(key.path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
             if str(file["key"]) != key.text:
                 return None
+            halves, direct = file["halves"], file["direct"]
+            whole = halves.shape == (2, *direct.shape) and direct.shape == (*key.shape, 3)
+            if not (whole and np.isfinite(halves).all() and np.isfinite(direct).all()):
+                return None
             return {
-                "halves": file["halves"],
-                "direct": file["direct"],
+                "halves": halves,
+                "direct": direct,
                 "spp": int(file["spp"]),
                 "noise": float(file["noise"]),
                 "start": str(file["start"]),

@@ -24,6 +24,8 @@ from ddgi.judge.watch import NOBODY, Watch
 from ddgi.plural import counted
 from ddgi.scene.scene import Scene
 
+FORGOTTEN = 0.01
+"""Share of the first update in the field that does no harm."""
 RIVAL_SEEDS = (1 << 30, (1 << 30) + (1 << 20))
 """First seeds of the rivals: none of the reference's samples are among theirs."""
 
@@ -161,11 +163,26 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
         )
     if not truth.picture.any():
         lines.append("the reference is black")
-    lines += _all_warm_up(judged)
+    lines += [*_all_warm_up(judged), *_still_dark(judged)]
     for j in judged:
         if j.outcome.non_finite:
             lines.append(
                 f"{j.outcome.trial.name}: {j.outcome.non_finite} values were not numbers; taken as black"
+            )
+    return lines
+
+
+def _still_dark(judged: Sequence[Judged]) -> list[str]:
+    """Configurations without a warm-up that still remember the darkness they began with, a line each."""
+    lines = []
+    for outcome in (j.outcome for j in judged):
+        s = outcome.trial.settings.blend
+        left = s.hysteresis ** (outcome.frames - 1) if s.warm_up == 0 else 0.0
+        if left > FORGOTTEN:
+            lines.append(
+                f"{outcome.trial.name}: after {counted(outcome.frames, 'frame')} {100 * left:.0f} % of the first, "
+                "too dark update is left in the field, and more of later bounces: ask for more frames, "
+                "or set blend.warm_up=12"
             )
     return lines
 

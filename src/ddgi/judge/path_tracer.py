@@ -13,8 +13,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ddgi.passes.gbuffer import camera_rays
-from ddgi.scene.camera import Camera
+from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
 
 MOST_LANES = 2**22

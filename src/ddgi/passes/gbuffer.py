@@ -10,7 +10,7 @@ from typing_extensions import Doc
 
 from ddgi import sampling
 from ddgi.sampling import Clock
-from ddgi.scene.camera import Camera
+from ddgi.scene.camera import Camera, camera_rays
 from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface
 from ddgi.trace.tracer import Tracer
@@ -36,22 +36,3 @@ def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface
     return tracer.intersect(
         origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
     )
-
-
-def camera_rays(camera: Camera, pixel: mi.UInt32, within: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
-    """Origin [m] and unit direction of rays through pixels.
-
-    Args:
-        camera: Where the picture is taken from.
-        pixel: (N,) numbers of pixels, row by row from the top left.
-        within: Place within the pixel in [0, 1)^2, (N,) or (1,).
-    """
-    width, height = camera.size
-    row = pixel // width
-    x = (mi.Float(pixel - row * width) + within.x) * (2 / width) - 1
-    y = 1 - (mi.Float(row) + within.y) * (2 / height)
-    aside = x * camera.right + y * camera.up
-    if camera.orthographic:
-        return camera.position + aside + camera.near * camera.forward, camera.forward + aside * 0
-    reach = camera.forward + aside
-    return camera.position + camera.near * reach, dr.normalize(reach)

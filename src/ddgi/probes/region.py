@@ -17,9 +17,8 @@ import numpy as np
 
 from ddgi import sampling
 from ddgi.box import Box
-from ddgi.passes.gbuffer import camera_rays
 from ddgi.sampling import Clock
-from ddgi.scene.camera import Camera
+from ddgi.scene.camera import Camera, camera_rays
 from ddgi.trace.surface import offset_origin
 from ddgi.trace.tracer import Tracer
 

@@ -165,3 +165,22 @@ def _check_size(size: tuple[int, int]) -> None:
         raise SettingsError(f"a picture must be at least 1 x 1 pixels, not {size[0]} x {size[1]}")
     if size[0] * size[1] > MOST_PIXELS:
         raise SettingsError(f"a picture of {size[0]} x {size[1]} has more than {MOST_PIXELS:,} pixels")
+
+
+def camera_rays(camera: Camera, pixel: mi.UInt32, within: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Origin [m] and unit direction of rays through pixels.
+
+    Args:
+        camera: Where the picture is taken from.
+        pixel: (N,) numbers of pixels, row by row from the top left.
+        within: Place within the pixel in [0, 1)^2, (N,) or (1,).
+    """
+    width, height = camera.size
+    row = pixel // width
+    x = (mi.Float(pixel - row * width) + within.x) * (2 / width) - 1
+    y = 1 - (mi.Float(row) + within.y) * (2 / height)
+    aside = x * camera.right + y * camera.up
+    if camera.orthographic:
+        return camera.position + aside + camera.near * camera.forward, camera.forward + aside * 0
+    reach = camera.forward + aside
+    return camera.position + camera.near * reach, dr.normalize(reach)

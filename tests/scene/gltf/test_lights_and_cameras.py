@@ -6,8 +6,7 @@ import pytest
 
 from ddgi import load_scene
 from ddgi.errors import SceneError
-from ddgi.passes.gbuffer import camera_rays
-from ddgi.scene.camera import look_at
+from ddgi.scene.camera import camera_rays, look_at
 from gltf_writing import Writer
 
 DOWN = [-(0.5**0.5), 0, 0, 0.5**0.5]
