@@ -15,10 +15,21 @@ from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree
 
 GONE = {
-    mi.ObjectType.Integrator: (
-        "adaptive bdpt erpt irrcache mlt path_simple photonmapper ppm pssmlt ptracer_simple sppm vpl"
-        " volpath_simple"
-    ).split(),
+    mi.ObjectType.Integrator: [
+        "adaptive",
+        "bdpt",
+        "erpt",
+        "irrcache",
+        "mlt",
+        "path_simple",
+        "photonmapper",
+        "ppm",
+        "pssmlt",
+        "ptracer_simple",
+        "sppm",
+        "vpl",
+        "volpath_simple",
+    ],
     mi.ObjectType.Sampler: ["halton", "hammersley", "sobol"],
     mi.ObjectType.Film: ["ldrfilm", "mfilm", "tiledhdrfilm"],
 }
