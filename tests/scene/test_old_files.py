@@ -130,6 +130,13 @@ def test_sun_and_sky_of_old(tmp_path, light):
     reference(scene)
 
 
+def test_skies_of_old_have_y_up(tmp_path):
+    sky = '<emitter type="sunsky"><vector name="sunDirection" x="0" y="1" z="0.2"/></emitter>'
+    noted(load(tmp_path, sky + floor("")), "sunsky", "turned")
+    new = load(tmp_path, sky.replace("sunDirection", "sun_direction") + floor(""), "3.0.0")
+    assert not any("turned" in note for note in new.notes)
+
+
 def test_a_plugin_without_a_substitute(tmp_path):
     with pytest.raises(SceneError) as caught:
         load(tmp_path, floor('<bsdf type="irawan"/>'))

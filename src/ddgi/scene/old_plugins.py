@@ -49,6 +49,20 @@ def replace_old_plugins(tree: PluginTree, notes: Notes) -> None:
                 substitute.set_id(tree.properties(index).id())
                 tree.state.nodes[index].props = substitute
                 notes.add(f"{label}: Mitsuba 3 has no such plugin, {substitute.plugin_name()} instead")
+        if _lies(tree, index):
+            _stand_up(tree.properties(index))
+            notes.add(f"{tree.label(index)}: turned, as skies had +y up before Mitsuba 3")
+
+
+def _lies(tree: PluginTree, index: int) -> bool:
+    """A sky of an old file, unless the file turns it: somebody did that for Mitsuba 3."""
+    sky = tree.kind(index) == _LIGHT and tree.plugin(index) == "sunsky"
+    return sky and tree.version < (2,) and "to_world" not in tree.properties(index)
+
+
+def _stand_up(properties: Any) -> None:
+    """Skies had +y for their zenith, and have +z; the sun's direction is in the world's axes."""
+    properties["to_world"] = mi.ScalarTransform4f().rotate([1, 0, 0], -90)
 
 
 def _phong(tree: PluginTree, index: int) -> Any:

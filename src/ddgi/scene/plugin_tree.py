@@ -56,6 +56,7 @@ class PluginTree:
         self._node_of: dict[int, int] = {}
         self._added: dict[int, str] = {}
         self.notes = Notes()  # what building had to leave out
+        self.version: tuple[int, ...] = (3,)  # of Mitsuba, that the file was written for
 
     @classmethod
     def parse(cls, source: dict[str, Any] | Path) -> PluginTree:
@@ -84,7 +85,10 @@ class PluginTree:
         if state.nodes[0].type != mi.ObjectType.Scene:
             plugin = state.nodes[0].props.plugin_name()
             raise SceneError(f"the outermost element must be a scene, not {plugin!r}")
-        return cls(state, config)
+        tree = cls(state, config)
+        if isinstance(source, Path):
+            tree.version = _version(source)
+        return tree
 
     # Inspecting -------------------------------------------------------------------------------------
 
@@ -258,6 +262,12 @@ class PluginTree:
                     )
                 if path.stat().st_size == 0:
                     raise SceneError(f"{self.label(index)}: the file is empty: {properties[key]}")
+
+
+def _version(path: Path) -> tuple[int, ...]:
+    """What the outermost element of a scene file says."""
+    found = re.search(r"<scene\s[^>]*version\s*=\s*[\"']([\d.]+)", path.read_text("utf-8", "replace"))
+    return tuple(int(part) for part in found[1].split(".") if part) if found else (3,)
 
 
 def _set_kinds(state: Any) -> None:
