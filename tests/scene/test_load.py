@@ -184,7 +184,8 @@ def test_malformed_xml(tmp_path):
 def test_unknown_plugins_and_properties(tmp_path):
     refused(write(tmp_path, '<shape type="teapot" id="t"/>'), "teapot", "line 2")
     text = '<shape type="sphere" id="ball"><float name="radios" value="2"/></shape>'
-    refused(write(tmp_path, text), "radios", "ball", "line 2")
+    notes = load(write(tmp_path, text)).notes
+    assert any(all(part in note for part in ("radios", "ball", "line 2")) for note in notes)
     refused({"type": "scene", "b": {"tpe": "diffuse"}}, "type")
     refused({"type": "diffuse"}, "scene")
 
@@ -278,8 +279,8 @@ def test_files_for_other_renderers(name):
 
 
 @pytest.mark.scenes
-def test_a_parameter_of_an_older_renderer_is_named():
+def test_a_parameter_of_an_older_renderer_is_left_out():
     path = SHARED / "classroom" / "scene.xml"
     if not path.exists():
         pytest.skip(f"shared scenes are not at {SHARED}")
-    refused(path, "unknown property", "ext_eta", "line 211")
+    assert any("ext_eta" in note and "line 211" in note for note in load(path).notes)

@@ -72,6 +72,9 @@ class MaterialReader:
             "ThinDielectric": self._dielectric,
             "RoughDielectric": self._dielectric,
             "Null": self._dielectric,
+            "LinearPolarizer": self._dielectric,  # plates in the way of light, not surfaces
+            "LinearRetarder": self._dielectric,
+            "CircularPolarizer": self._dielectric,
             "NormalMap": self._bumpy,
             "BumpMap": self._bumpy,
         }

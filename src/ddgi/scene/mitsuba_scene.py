@@ -18,6 +18,7 @@ from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
 from ddgi.scene.named_lights import name_lights
 from ddgi.scene.notes import Notes
+from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.scene import Scene
 from ddgi.scene.sensors import CAMERAS, default_camera, read_camera, sensor_up
@@ -26,6 +27,12 @@ from ddgi.scene.textures import TextureReader
 
 ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
 OLD_FILTERS = ("trilinear", "ewa")
+OURS = (
+    mi.ObjectType.Integrator,
+    mi.ObjectType.Sampler,
+    mi.ObjectType.Film,
+    mi.ObjectType.ReconstructionFilter,
+)
 FILM_KEYS = ("width", "height", "crop_width", "crop_height", "crop_offset_x", "crop_offset_y")
 
 
@@ -54,6 +61,8 @@ def import_scene(
         SceneError: An element cannot be used; the message names it.
     """
     notes = notes or Notes()
+    tree.notes = notes
+    replace_old_plugins(tree, notes)
     _clear_what_is_ours(tree, notes)
     cameras, camera_up = _cameras(tree, notes)
     if up is None:
@@ -143,7 +152,7 @@ def _clear_what_is_ours(tree: PluginTree, notes: Notes) -> None:
     usable after the folder of the file is no longer searched.
     """
     for key, child in tree.children(0):
-        if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Integrator:
+        if isinstance(child, int) and tree.kind(child) in OURS:
             tree.drop(0, key)
     string = mi.Properties.Type.String
     for index in range(len(tree.state.nodes)):
@@ -185,10 +194,11 @@ def _cameras(tree: PluginTree, notes: Notes) -> tuple[list[Camera], np.ndarray |
     """All cameras, and what the first one has for up."""
     cameras: list[Camera] = []
     up = None
-    for _, child in tree.children(0):
+    for key, child in tree.children(0):
         if isinstance(child, int) and tree.kind(child) == mi.ObjectType.Sensor:
             if tree.plugin(child) not in CAMERAS:
                 notes.add(f"{tree.label(child)}: not a camera this package has, left out")
+                tree.drop(0, key)  # Mitsuba may have no such plugin either
                 continue
             sensor = tree.build(child)
         elif isinstance(child, mi.Sensor):

@@ -18,17 +18,26 @@ import numpy as np
 from ddgi.errors import SceneError
 from ddgi.scene import mesh_arrays, product_texture
 from ddgi.scene.mesh_arrays import register_mesh_arrays
+from ddgi.scene.notes import Notes
 from ddgi.scene.product_texture import register_product
 from ddgi.scene.validate import check_finite
 
 
 @contextmanager
 def searching(folder: Path | None) -> Iterator[None]:
-    """Let Mitsuba find files relative to `folder` meanwhile."""
+    """Let Mitsuba find files relative to `folder` meanwhile, and its own data, but nothing else.
+
+    A folder that someone else added would lend its files to a scene that lacks one of the same name.
+    """
     resolver = mi.file_resolver()
     before = [resolver[i] for i in range(len(resolver))]
     if folder is not None:
-        resolver.prepend(str(folder))
+        own = Path(mi.__file__).resolve().parent
+        resolver.clear()
+        resolver.append(str(folder))
+        for path in before:
+            if Path(str(path)).resolve().is_relative_to(own):
+                resolver.append(path)
     try:
         yield
     finally:
@@ -46,6 +55,8 @@ class PluginTree:
         self._built: dict[int, Any] = {}
         self._node_of: dict[int, int] = {}
         self._added: dict[int, str] = {}
+        self.notes = Notes()  # what building had to leave out
+        self.version: tuple[int, ...] = (3,)  # of Mitsuba, that the file was written for
 
     @classmethod
     def parse(cls, source: dict[str, Any] | Path) -> PluginTree:
@@ -74,7 +85,10 @@ class PluginTree:
         if state.nodes[0].type != mi.ObjectType.Scene:
             plugin = state.nodes[0].props.plugin_name()
             raise SceneError(f"the outermost element must be a scene, not {plugin!r}")
-        return cls(state, config)
+        tree = cls(state, config)
+        if isinstance(source, Path):
+            tree.version = _version(source)
+        return tree
 
     # Inspecting -------------------------------------------------------------------------------------
 
@@ -107,6 +121,9 @@ class PluginTree:
         name = f' "{properties.id()}"' if properties.id() else ""
         file = f" of {Path(properties['filename']).name}" if "filename" in properties else ""
         return f"{properties.plugin_name()}{name}{file}{self._place(index)}"
+
+    def _from_file(self, index: int) -> bool:
+        return self._place(index).startswith(" at ")
 
     def _place(self, index: int) -> str:
         if index in self._added:
@@ -195,16 +212,28 @@ class PluginTree:
                 node.props[key] = self.build(child)
         for key, value in (changes or {}).items():
             node.props[key] = value
-        state = mi.parser.ParserState()
-        state.nodes.append(node)
-        try:
-            built = mi.parser.instantiate(self._config, state)
-        except Exception as error:
-            raise SceneError(f"{self.label(index)}: {one_line(error)}") from error
+        built = self._instantiated(index, node)
         if changes is None:
             self._built[index] = built
             self._node_of[id(built)] = index
         return built
+
+    def _instantiated(self, index: int, node: Any) -> Any:
+        """The object of one node whose children are built, without properties that its plugin lacks."""
+        while True:
+            state = mi.parser.ParserState()
+            state.nodes.append(mi.parser.SceneNode(node))
+            try:
+                return mi.parser.instantiate(self._config, state)
+            except Exception as error:
+                unknown = [key for key in _unknown_properties(error) if key in node.props]
+                if not unknown or not self._from_file(index):  # in a dictionary it is a slip, not age
+                    raise SceneError(f"{self.label(index)}: {one_line(error)}") from error
+            for key in unknown:
+                self.notes.add(f"{self.label(index)}: no property {key!r} in Mitsuba 3, left out")
+                del node.props[key]
+                if key in self.properties(index):  # the reference builds from it
+                    self.drop(index, key)
 
     def properties_of(self, built: Any) -> Any | None:
         """The properties an object was built from; None if it came as an object."""
@@ -228,9 +257,17 @@ class PluginTree:
             elif kind == types.String and key == "filename":
                 path = Path(str(mi.file_resolver().resolve(properties[key])))
                 if not path.is_file():
-                    raise SceneError(f"{self.label(index)}: file not found: {properties[key]}")
+                    raise SceneError(
+                        f"{self.label(index)}: file not found: {properties[key]}: add it, or remove the element"
+                    )
                 if path.stat().st_size == 0:
                     raise SceneError(f"{self.label(index)}: the file is empty: {properties[key]}")
+
+
+def _version(path: Path) -> tuple[int, ...]:
+    """What the outermost element of a scene file says."""
+    found = re.search(r"<scene\s[^>]*version\s*=\s*[\"']([\d.]+)", path.read_text("utf-8", "replace"))
+    return tuple(int(part) for part in found[1].split(".") if part) if found else (3,)
 
 
 def _set_kinds(state: Any) -> None:
@@ -240,6 +277,12 @@ def _set_kinds(state: Any) -> None:
         node.type = kinds.get(node.props.plugin_name(), node.type)
 
 
+def _unknown_properties(error: Exception) -> list[str]:
+    """The properties that Mitsuba says a plugin does not have."""
+    _, complaint, names = str(error).partition("unreferenced propert")
+    return re.findall(r'^\s*- [\w ]+ "([^"]+)":', names, re.MULTILINE) if complaint else []
+
+
 def one_line(error: Exception) -> str:
     """What a Mitsuba exception says, without source positions of its own code and without line breaks."""
     text = re.sub(r"\[\w+\.(cpp|h):\d+\]\s*", "", str(error))
@@ -247,4 +290,9 @@ def one_line(error: Exception) -> str:
     text = re.sub(r"Found \d+ unreferenced (property|properties) in .*?:\s*-", "unknown property:", text)
     text = re.sub(r"\[[A-Za-z]+\] ", "", text)  # the class that complained
     text = re.sub(r"^(While loading|At) ((dictionary )?node \".*?\"|unknown location):\s*", "", text)
+    text = re.sub(
+        r"Plugin (\".*?\") not found!",
+        r"Mitsuba 3 has no plugin \1: put one that it has in its place, or remove the element",
+        text,
+    )
     return re.sub(r"\s*\n\s*", " ", text).strip() or type(error).__name__
