@@ -153,13 +153,15 @@ def test_help_and_version(run):
         assert "ddgi" in out
 
 
-def test_help_is_quick():
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        assert ddgi("--help").returncode == 0
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.4
+def test_help_loads_no_library_that_takes_long():
+    code = (
+        "import sys; from ddgi.cli import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'mitsuba', 'drjit', 'numpy', 'pydantic'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 # ---- bad input ---------------------------------------------------------------------------------
@@ -313,7 +315,9 @@ def test_interrupt_leaves_nothing(tmp_path, after):
     """At any time: during imports, while a kernel is recorded, between frames."""
     target = str(tmp_path / "a.png")
     command = [sys.executable, "-m", "ddgi", "render", "cornell", "-o", target, "--frames", "1000000"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    # Started in the background, as CI may start the tests, a process would be told to ignore interrupts.
+    heed = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # noqa: E731
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heed)
     time.sleep(after)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
