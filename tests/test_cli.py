@@ -320,7 +320,10 @@ def test_interrupt_leaves_nothing(tmp_path, after):
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heed)
     time.sleep(after)
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    try:
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()  # else it would render on for days
     assert process.returncode == 130, err
     assert err.splitlines()[-1] == "ddgi: interrupted"
     assert "Traceback" not in err
