@@ -30,26 +30,19 @@ def _references(item: BaseModel, where: str) -> Iterator[tuple[str, str, int]]:
         value = getattr(item, name)
         marks = [mark for mark in field.metadata if isinstance(mark, To)]
         if marks:
-            yield from ((at, marks[0].collection, index) for at, index in _numbers(value, place))
+            yield from ((at, marks[0].collection, index) for at, index in _found(int, value, place))
         else:
-            for at, inner in _items(value, place):
+            for at, inner in _found(BaseModel, value, place):
                 yield from _references(inner, at)
 
 
-def _numbers(value: Any, where: str) -> Iterator[tuple[str, int]]:
-    if isinstance(value, int):
+def _found(kind: type, value: Any, where: str) -> Iterator[tuple[str, Any]]:
+    """Everything of a kind in lists and dictionaries, with its place."""
+    if isinstance(value, kind):
         yield where, value
     elif isinstance(value, list):
         for number, inner in enumerate(value):
-            yield from _numbers(inner, f"{where}[{number}]")
+            yield from _found(kind, inner, f"{where}[{number}]")
     elif isinstance(value, dict):
         for key, inner in value.items():
-            yield from _numbers(inner, f"{where}.{key}")
-
-
-def _items(value: Any, where: str) -> Iterator[tuple[str, BaseModel]]:
-    if isinstance(value, BaseModel):
-        yield where, value
-    elif isinstance(value, list):
-        for number, inner in enumerate(value):
-            yield from _items(inner, f"{where}[{number}]")
+            yield from _found(kind, inner, f"{where}.{key}")
