@@ -92,6 +92,7 @@ SOURCES = {
     "settings": "as grid.box says",
     "scene": "as the scene says",
     "cameras": "where the cameras' light goes",
+    "bounds": "around all geometry",
 }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ddgi.plural import counted
@@ -20,6 +20,7 @@ MANY_BACKS = 0.5
 FINEST = 0.5
 """Of the spacing: a finer one needs more than eight times the probes, and is no advice."""
 MOST_NAMES = 5
+LIGHT_OPTIONS = "--sky, --sun, --env, --point or --spot"
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Caveat:
     """One thing to look at."""
 
     kind: str  # stable, for scripts
-    text: str  # one line
+    text: str  # one line: what, how much, what to do
 
 
 def caveats(
@@ -38,121 +39,95 @@ def caveats(
     notes: Sequence[str],
 ) -> tuple[Caveat, ...]:
     """Everything that gives reason to doubt the light, the gravest first."""
-    found = (
-        *_dark(lights, notes),
-        *_views(cameras, volume),
-        *_walls(walls, volume),
-        *_lights(lights),
-        *_missing(notes),
-    )
-    return tuple(Caveat(kind, _one_line(text)) for kind, text in found)
+    blind = [_blind(camera, volume) for camera in cameras]
+    found = [_dark(lights, notes), *blind, *(_outside(camera) for camera in cameras)]
+    if walls is not None and not all(blind):  # what blind cameras meet says nothing about the rest
+        found += [_turned_away(walls), _thin(walls, volume)]
+    found += [_lights_outside(lights), _missing(notes)]
+    return tuple(caveat for caveat in found if caveat is not None)
 
 
-Found = Iterator[tuple[str, str]]
-
-
-def _dark(lights: Sequence[Lamp], notes: Sequence[str]) -> Found:
+def _dark(lights: Sequence[Lamp], notes: Sequence[str]) -> Caveat | None:
     if NO_LIGHT in notes:
-        yield (
-            "no-light",
-            "the scene has no light, so a clear sky and its sun were added: choose with --sky, --sun, --env, --point or --spot",
-        )
-    elif not any(lamp.shines for lamp in lights):
-        yield (
-            "all-dark",
-            f"none of {counted(len(lights), 'light')} shines: give one an intensity, or add light with --sky, --sun, --env, --point or --spot",
-        )
+        text = f"the scene has no light, a clear sky and its sun were added: choose with {LIGHT_OPTIONS}"
+        return Caveat("no-light", text)
+    if any(lamp.shines for lamp in lights):
+        return None
+    names = _listed([lamp.name for lamp in lights])
+    text = f"no light shines ({len(lights)} there: {names}): give one an intensity, or add some with {LIGHT_OPTIONS}"
+    return Caveat("all-dark", text)
 
 
-def _views(cameras: Sequence[View], volume: Volume) -> Found:
-    for camera in cameras:
-        who, seen = f'camera "{camera.name}"', 1 - camera.empty
-        if camera.distance is None:
-            yield "sees-nothing", f"{who} sees nothing: aim it with --look, or choose another with --camera"
-        elif camera.behind >= NEARLY_ALL * seen and camera.distance < min(volume.spacing):
-            yield (
-                "inside-wall",
-                (
-                    f"{who} stands inside a wall or an object, {_percent(camera.behind)} of its picture shows faces from "
-                    f"behind, {camera.distance:.2g} away: move it with --look, or cut what is close away with --near"
-                ),
-            )
-        elif camera.black >= NEARLY_ALL * seen:
-            yield (
-                "black-picture",
-                (
-                    f"{who} sees faces from behind alone, {_percent(camera.black / seen)} of what is there, and those are "
-                    f"black: aim it with --look, or give their materials two sides"
-                ),
-            )
-        if camera.outside >= MUCH_OUTSIDE:
-            yield (
-                "view-outside",
-                (
-                    f"{_percent(camera.outside)} of the picture of {who} lies outside the volume and reads its edge: "
-                    "widen grid.box"
-                ),
-            )
+def _blind(camera: View, volume: Volume) -> Caveat | None:
+    """Why a camera shows nothing that is lit."""
+    who, seen = _named(camera), 1 - camera.empty
+    if camera.distance is None:
+        text = f"{who} sees nothing: aim it with --look, or choose another with --camera"
+        return Caveat("sees-nothing", text)
+    if camera.behind >= NEARLY_ALL * seen and camera.distance < min(volume.spacing):
+        text = f"{who} stands inside a wall or an object, {_percent(camera.behind)} of its picture shows faces from behind, {camera.distance:.2g} away: move it with --look, or cut them away with --near"
+        return Caveat("inside-wall", text)
+    if camera.black >= NEARLY_ALL * seen:
+        text = f"{who} sees faces from behind alone, {_percent(camera.black / seen)} of what is there, and black: move it with --look, or give their materials two sides"
+        return Caveat("black-picture", text)
+    return None
 
 
-def _walls(walls: Walls | None, volume: Volume) -> Found:
-    if walls is None:
-        return
-    if walls.black >= MANY_BACKS:
-        yield (
-            "faces-turned-away",
-            (
-                f"{_percent(walls.black)} of the faces that light meets are turned away and black: turn them around, or give "
-                "their materials two sides"
-            ),
-        )
-    if walls.leaky >= LEAKY:
-        advice = "give them thickness, or end the volume at them with grid.box"
-        if walls.spacing_needed is not None and walls.spacing_needed >= FINEST * min(volume.spacing):
-            advice = f"set grid.spacing={0.95 * walls.spacing_needed:.2g} or less, or make them thicker"
-        yield (
-            "thin-walls",
-            (
-                f"{_percent(walls.leaky)} of the faces that light meets are thinner than {THIN:g} spacings and have probes "
-                f"on both sides, so light may leak ({_percent(walls.sheets)} have no thickness at all): {advice}"
-            ),
-        )
+def _outside(camera: View) -> Caveat | None:
+    if camera.outside < MUCH_OUTSIDE:
+        return None
+    text = f"{_percent(camera.outside)} of the picture of {_named(camera)} lies outside the volume, and reads its edge: widen grid.box"
+    return Caveat("view-outside", text)
 
 
-def _lights(lights: Sequence[Lamp]) -> Found:
+def _turned_away(walls: Walls) -> Caveat | None:
+    if walls.black < MANY_BACKS:
+        return None
+    text = f"{_percent(walls.black)} of the faces that light meets are turned away and black: turn them around, or give their materials two sides"
+    return Caveat("faces-turned-away", text)
+
+
+def _thin(walls: Walls, volume: Volume) -> Caveat | None:
+    if walls.leaky < LEAKY:
+        return None
+    advice = "give them thickness, or end the volume at them with grid.box"
+    if walls.spacing_needed is not None and walls.spacing_needed >= FINEST * min(volume.spacing):
+        advice = f"set grid.spacing={0.95 * walls.spacing_needed:.2g} or less, or make them thicker"
+    text = f"{_percent(walls.leaky)} of the faces that light meets are thinner than {THIN:g} spacings with probes on both sides, so light may leak ({_percent(walls.sheets)} have no thickness at all): {advice}"
+    return Caveat("thin-walls", text)
+
+
+def _lights_outside(lights: Sequence[Lamp]) -> Caveat | None:
     outside = [lamp.name for lamp in lights if lamp.outside and lamp.shines]
-    if outside:
-        yield (
-            "light-outside",
-            (
-                f"{len(outside)} of {counted(len(lights), 'light')} outside the volume ({_listed(outside)}): what bounces off "
-                "the surfaces around is not kept there; widen grid.box if it matters"
-            ),
-        )
+    if not outside:
+        return None
+    text = f"{len(outside)} of {counted(len(lights), 'light')} outside the volume ({_listed(outside)}): light that bounces there is not kept, widen grid.box if it matters"
+    return Caveat("light-outside", text)
 
 
-def _missing(notes: Sequence[str]) -> Found:
-    missing = [note for note in notes if note.startswith((PICTURE_MISSING, MATERIALS_MISSING))]
-    if missing:
-        names = [note.split(": ", 1)[1] for note in missing]
-        yield (
-            "textures-missing",
-            (
-                f"{counted(len(missing), 'file')} of materials or pictures not found ({_listed(names)}), their surfaces are "
-                "plain: put them where the scene's file says"
-            ),
-        )
+def _missing(notes: Sequence[str]) -> Caveat | None:
+    missing = [
+        note.split(": ", 1)[1] for note in notes if note.startswith((PICTURE_MISSING, MATERIALS_MISSING))
+    ]
+    if not missing:
+        return None
+    text = f"{counted(len(missing), 'file')} of pictures or materials not found ({_listed(missing)}), their surfaces are plain: put them where the scene's file says"
+    return Caveat("textures-missing", text)
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
+def _named(camera: View) -> str:
+    return f'camera "{_printable(camera.name)}"'
+
+
 def _listed(names: Sequence[str]) -> str:
     more = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    return ", ".join(map(_printable, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
 
 
-def _one_line(text: str) -> str:
-    """Names may hold anything."""
-    return "".join(c if c.isprintable() else " " for c in text)
+def _printable(name: str) -> str:
+    """Names may hold anything, a line's end too."""
+    return "".join(c if c.isprintable() else " " for c in name)

@@ -1,4 +1,4 @@
-"""What paths from a camera meet: from which side, and how thick it is there.
+"""What paths from the cameras meet: from which side, and how thick it is there.
 
 No file says what is a wall and what is a sheet, or which faces are turned away; rays do. From where a
 path meets a face another ray goes on, straight in: where it leaves through the back of a face, it has
@@ -45,9 +45,13 @@ class Faces:
     def __len__(self) -> int:
         return len(self.hit)
 
-    def where(self, which: np.ndarray) -> Faces:
-        """Some of them. which: (N,) bool."""
+    def where(self, which: np.ndarray | slice) -> Faces:
+        """Some of them. which: (N,) bool, or from where to where."""
         return Faces(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    def of_camera(self, number: int) -> Faces:
+        """What the paths of one camera met."""
+        return self.where(slice(number * PATHS, (number + 1) * PATHS))
 
 
 def joined(several: list[Faces]) -> Faces:
@@ -55,29 +59,32 @@ def joined(several: list[Faces]) -> Faces:
     return Faces(*(np.concatenate([getattr(s, f.name) for s in several]) for f in fields(Faces)))
 
 
-def met_from(scene: Scene, camera: Camera, number: int) -> list[Faces]:
-    """What paths from a camera meet: first what its pixels show, then what light came from there.
-
-    Args:
-        scene: The scene.
-        camera: Where from.
-        number: Of the camera; another one takes other random numbers.
+def met(scene: Scene) -> list[Faces]:
+    """What paths from a scene's cameras meet: first what pixels show, then what light came from there.
 
     Returns:
-        `SURFACES` entries of `PATHS` rays.
+        `SURFACES` entries of `PATHS` rays for each camera, one camera after the other.
     """
-    pixels = camera.size[0] * camera.size[1]
-    start = sampling.clock(0, number * SURFACES)
-    along = sampling.low_discrepancy(start, sampling.SURVEY, mi.UInt32(0), dr.arange(mi.UInt32, PATHS))
-    origin, direction = camera_rays(camera, mi.UInt32(along * pixels), mi.Point2f(0.5))
-    active = dr.opaque(mi.Bool, True, PATHS)
+    # All cameras at once: scenes with instances are slow to record, and need be only once.
+    starts = [_pixel_rays(camera) for camera in scene.cameras]
+    origin = mi.Point3f(np.concatenate([o for o, _ in starts], 1))
+    direction = mi.Vector3f(np.concatenate([d for _, d in starts], 1))
+    active = dr.opaque(mi.Bool, True, PATHS * len(starts))
     out = []
     for surface in range(SURFACES):
         dr.eval(origin, direction, active)  # so that all surfaces share one kernel
-        time = sampling.clock(0, number * SURFACES + surface)
-        found, origin, direction, active = _meet(scene, origin, direction, active, time)
+        found, origin, direction, active = _meet(scene, origin, direction, active, sampling.clock(0, surface))
         out.append(found)
     return out
+
+
+def _pixel_rays(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions, (3, N), through pixels all over the picture."""
+    lane = dr.arange(mi.UInt32, PATHS)
+    along = sampling.low_discrepancy(sampling.clock(0, 0), sampling.SURVEY, mi.UInt32(0), lane)
+    pixel = mi.UInt32(along * (camera.size[0] * camera.size[1]))
+    origin, direction = camera_rays(camera, pixel, mi.Point2f(0.5))
+    return np.array(origin), np.array(direction)
 
 
 def _meet(scene: Scene, origin, direction, active, time: Clock):
@@ -99,17 +106,18 @@ def _meet(scene: Scene, origin, direction, active, time: Clock):
         surface.lit & (dr.max(surface.albedo) > 0) & (dr.max(surface.emission) == 0),
         dr.select(beyond.back & ~behind, beyond.distance, 0),
     )
-    sample = sampling.uniform_2d(time, sampling.SURVEY, dr.arange(mi.UInt32, PATHS))
+    lane = dr.arange(mi.UInt32, dr.width(origin))
+    sample = sampling.uniform_2d(time, sampling.SURVEY, lane)
     onward = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
     start = offset_origin(surface.position, surface.geometric_normal, onward)
     dr.eval(found, start, onward, surface.lit)  # at once: each use alone would trace the rays again
-    return Faces(*map(_column, found)), start, onward, surface.lit
+    return Faces(*(_column(array, dr.width(origin)) for array in found)), start, onward, surface.lit
 
 
-def _column(array) -> np.ndarray:
+def _column(array, count: int) -> np.ndarray:
     """(N,) or (N, 3), of what is the same for all as well."""
     values = np.array(array).T
-    return np.broadcast_to(values, (PATHS, *values.shape[1:]))
+    return np.broadcast_to(values, (count, *values.shape[1:]))
 
 
 def _single_sided(materials: Materials) -> Materials:

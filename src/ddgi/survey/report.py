@@ -9,7 +9,7 @@ from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
 from ddgi.survey.caveats import Caveat, caveats
 from ddgi.survey.contents import Contents, contents
-from ddgi.survey.faces import joined, met_from
+from ddgi.survey.faces import joined, met
 from ddgi.survey.lamps import Lamp, lamps
 from ddgi.survey.units import plausible_units
 from ddgi.survey.views import View, view
@@ -27,7 +27,7 @@ class Survey:
     cameras: tuple[View, ...]
     units: tuple[str, ...]  # those in which the volume has a usual size, the likeliest first; a guess
     volume: Volume
-    walls: Walls | None  # None where the cameras see nothing in the volume
+    walls: Walls | None  # None where the cameras see nothing
     warnings: tuple[Caveat, ...]
     notes: tuple[str, ...]  # what the import changed or left out
 
@@ -42,10 +42,10 @@ def survey(scene: Scene, settings: RenderSettings) -> Survey:
     Raises:
         SettingsError: The volume is impossible, lies outside the scene or is too large.
     """
-    volume = fitted(scene, settings)
-    met = [met_from(scene, camera, number) for number, camera in enumerate(scene.cameras)]
-    cameras = tuple(view(camera, faces[0], volume) for camera, faces in zip(scene.cameras, met, strict=True))
-    judged = walls(joined([faces for each in met for faces in each]), volume)
+    pixels, *rest = met(scene)
+    volume = fitted(scene, settings, blind=not (pixels.hit & ~pixels.black).any())
+    cameras = tuple(view(camera, pixels.of_camera(n), volume) for n, camera in enumerate(scene.cameras))
+    judged = walls(joined([pixels, *rest]), volume)
     lights = lamps(scene, volume)
     low, high = volume.box
     return Survey(

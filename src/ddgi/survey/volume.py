@@ -17,7 +17,7 @@ from ddgi.settings import RenderSettings
 class Volume:
     """One grid of probes."""
 
-    source: str  # of its box: "settings", "scene" or "cameras"
+    source: str  # of its box: "settings", "scene", "cameras", or "bounds" where those see nothing
     counts: tuple[int, int, int]
     spacing: Point  # [m]
     box: Box  # first and last probe [m]
@@ -37,8 +37,13 @@ class Volume:
         return ((position < low - beyond) | (position > high + beyond)).any(-1)
 
 
-def fitted(scene: Scene, settings: RenderSettings) -> Volume:
+def fitted(scene: Scene, settings: RenderSettings, blind: bool) -> Volume:
     """The volume of `IrradianceField.fit`.
+
+    Args:
+        scene: What to light.
+        settings: Of `grid` and `volume`.
+        blind: Whether its cameras see nothing that light could come from.
 
     Raises:
         SettingsError: It is impossible, lies outside the scene or is too large.
@@ -48,7 +53,7 @@ def fitted(scene: Scene, settings: RenderSettings) -> Volume:
     last = first + spacing * (np.array(grid.counts) - 1)
     each = bytes_per_probe(settings.volume)
     return Volume(
-        source="settings" if settings.grid.box else "scene" if scene.box else "cameras",
+        source=_source(scene, settings, blind),
         counts=grid.counts,
         spacing=_point(spacing),
         box=(_point(first), _point(last)),
@@ -56,6 +61,15 @@ def fitted(scene: Scene, settings: RenderSettings) -> Volume:
         bytes_per_probe=each,
         bytes=each * grid.size,
     )
+
+
+def _source(scene: Scene, settings: RenderSettings, blind: bool) -> str:
+    """Whose box it is, in the order of `IrradianceField.fit`."""
+    if settings.grid.box:
+        return "settings"
+    if scene.box:
+        return "scene"
+    return "bounds" if blind else "cameras"
 
 
 def _point(values: np.ndarray) -> Point:

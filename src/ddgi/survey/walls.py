@@ -24,11 +24,12 @@ Measured: up to 0.03 in closed boxes, whose volume ends within their walls; 0.1 
 
 @dataclass(frozen=True)
 class Walls:
-    """Shares, in [0, 1], of the faces within the volume that paths from the cameras meet."""
+    """Shares, in [0, 1], of faces that paths from the cameras meet."""
 
-    seen: int  # faces looked at, those outside the volume too
+    seen: int  # places looked at
     behind: float  # seen from behind, whether their material has two sides or not
     black: float  # seen from behind, and their material has one side
+    # Of those within the volume that are not black; 0 where there are none:
     sheets: float  # without thickness
     thin: float  # thinner than `THIN` of the spacing; sheets are among them
     leaky: float  # thin, and lit by probes on the other side as well
@@ -38,21 +39,27 @@ class Walls:
 def walls(met: Faces, volume: Volume) -> Walls | None:
     """Judge faces; None if there are none."""
     seen = met.where(met.hit)
-    inside = seen.where(~volume.outside(seen.position))
-    if not len(inside):
+    if not len(seen):
         return None
-    thin = inside.thickness < THIN * (np.abs(inside.normal) @ volume.spacing)
-    leaky = thin & probes_behind(inside, volume)
-    tenth = np.sort(np.where(leaky, inside.thickness, np.inf))[int(LEAKY * len(inside))]
+    lit = seen.where(~seen.black & ~volume.outside(seen.position))
+    thin = lit.thickness < THIN * (np.abs(lit.normal) @ volume.spacing)
+    leaky = thin & probes_behind(lit, volume)
+    thinnest = np.sort(np.append(np.where(leaky, lit.thickness, np.inf), np.inf))
+    needed = thinnest[int(LEAKY * len(lit))] / THIN
     return Walls(
         seen=len(seen),
         behind=float(seen.behind.mean()),
         black=float(seen.black.mean()),
-        sheets=float((inside.thickness == 0).mean()),
-        thin=float(thin.mean()),
-        leaky=float(leaky.mean()),
-        spacing_needed=float(tenth / THIN) if 0 < tenth < np.inf else None,
+        sheets=_share(lit.thickness == 0),
+        thin=_share(thin),
+        leaky=_share(leaky),
+        spacing_needed=float(needed) if 0 < needed < np.inf else None,
     )
+
+
+def _share(which: np.ndarray) -> float:
+    """Of those that are true; 0 of none."""
+    return float(which.mean()) if len(which) else 0.0
 
 
 def probes_behind(faces: Faces, volume: Volume) -> np.ndarray:
