@@ -13,11 +13,21 @@ from ddgi.cli.figures import STDOUT, check_figures_file, write_figures
 from ddgi.cli.options import json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
-from ddgi.plural import counted
+from ddgi.plural import counted, percent
 
 if TYPE_CHECKING:
     from ddgi.survey.report import Survey
     from ddgi.survey.views import View
+    from ddgi.survey.volume import Volume
+    from ddgi.survey.walls import Walls
+
+SOURCES = {
+    "settings": "as grid.box says",
+    "scene": "as the scene says",
+    "cameras": "where the cameras' light goes",
+    "bounds": "around all geometry",
+}
+"""Whose the volume's box is."""
 
 
 @click.command()
@@ -54,7 +64,7 @@ def _lines(found: Survey) -> Iterator[str]:
 
 
 def _rows(found: Survey) -> Iterator[tuple[str, str]]:
-    holds, volume, walls = found.contents, found.volume, found.walls
+    holds = found.contents
     instances = f", {counted(holds.instances, 'instance')}" if holds.instances else ""
     yield "geometry", f"{counted(holds.triangles, 'triangle')} in {counted(holds.shapes, 'shape')}{instances}"
     texels = f" of {holds.texels / 1e6:.2g} million texels" if holds.textures else ""
@@ -62,53 +72,45 @@ def _rows(found: Survey) -> Iterator[tuple[str, str]]:
     yield "lights", _lights(found)
     for camera in found.cameras:
         yield "camera", _camera(camera)
-    if holds.animations or holds.skins or holds.morphs:
-        yield (
-            "moves",
-            (
-                f"{counted(holds.animations, 'animation')}, {counted(holds.skins, 'skin')}, "
-                f"{counted(holds.morphs, 'shape')} with morph targets"
-            ),
-        )
+    moving = [(holds.animations, "animation"), (holds.skins, "skin"), (holds.morphs, "morphing shape")]
+    if any(number for number, _ in moving):
+        yield "moves", ", ".join(counted(number, thing) for number, thing in moving if number)
     yield "units", f"{' or '.join(found.units) or 'unclear'}, to judge by the size of the volume"
-    counts, spacing = "x".join(map(str, volume.counts)), " x ".join(f"{d:.3g}" for d in volume.spacing)
-    low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in volume.box)
+    yield "probes", _probes(found.volume)
     yield (
-        "probes",
-        f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}",
+        "memory",
+        f"{found.volume.bytes_per_probe:,} bytes per probe, {found.volume.bytes / 1e6:.3g} MB in all",
     )
-    yield "memory", f"{volume.bytes_per_probe:,} bytes per probe, {volume.bytes / 1e6:.3g} MB in all"
-    if walls is not None:
-        yield (
-            "faces",
-            (
-                f"that light meets: {_percent(walls.behind)} seen from behind, {_percent(walls.black)} black from there; "
-                f"{_percent(walls.sheets)} without thickness, {_percent(walls.leaky)} thin and with probes on both sides"
-            ),
-        )
-
-
-SOURCES = {
-    "settings": "as grid.box says",
-    "scene": "as the scene says",
-    "cameras": "where the cameras' light goes",
-    "bounds": "around all geometry",
-}
+    if found.walls is not None:
+        yield "faces", _faces(found.walls)
 
 
 def _lights(found: Survey) -> str:
-    """How many of each kind, and which are off."""
+    """How many of each kind, and how many are off."""
     kinds = Counter(lamp.kind for lamp in found.lights)
-    off = [lamp.name for lamp in found.lights if not lamp.shines]
-    text = ", ".join(f"{number} {kind}" for kind, number in kinds.items())
-    return text + (f"; {len(off)} give none" if off else "")
+    off = sum(not lamp.shines for lamp in found.lights)
+    return ", ".join(f"{number} {kind}" for kind, number in kinds.items()) + (
+        f"; {off} without light" if off else ""
+    )
 
 
 def _camera(camera: View) -> str:
+    from ddgi.scene.beside import shown
+
     width, height = camera.size
     rest = "" if camera.distance is None else f", the rest {camera.distance:.3g} away (median)"
-    return f'"{camera.name}", {width}x{height}: {_percent(camera.empty)} empty{rest}'
+    shares = f"{percent(camera.empty)} empty, {percent(camera.black)} black"
+    return f"{shown(camera.name)}, {width}x{height}: {shares}{rest}"
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
+def _probes(volume: Volume) -> str:
+    counts, spacing = "x".join(map(str, volume.counts)), " x ".join(f"{d:.3g}" for d in volume.spacing)
+    low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in volume.box)
+    return f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}"
+
+
+def _faces(walls: Walls) -> str:
+    return (
+        f"that light meets: {percent(walls.behind)} seen from behind, {percent(walls.black)} black from there; "
+        f"{percent(walls.sheets)} without thickness, {percent(walls.leaky)} thin with probes on both sides"
+    )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ddgi.plural import counted
+from ddgi.plural import counted, percent
+from ddgi.scene.beside import shown
 from ddgi.scene.notes import MATERIALS_MISSING, NO_LIGHT, PICTURE_MISSING
 from ddgi.survey.lamps import Lamp
 from ddgi.survey.views import View
@@ -19,6 +21,8 @@ MUCH_OUTSIDE = 0.2
 MANY_BACKS = 0.5
 FINEST = 0.5
 """Of the spacing: a finer one needs more than eight times the probes, and is no advice."""
+ROUNDING = 0.9
+"""Of the spacing needed: planes come in whole numbers."""
 MOST_NAMES = 5
 LIGHT_OPTIONS = "--sky, --sun, --env, --point or --spot"
 
@@ -35,13 +39,21 @@ def caveats(
     volume: Volume,
     walls: Walls | None,
     lights: Sequence[Lamp],
-    cameras: Sequence[View],
+    camera: View,
     notes: Sequence[str],
 ) -> tuple[Caveat, ...]:
-    """Everything that gives reason to doubt the light, the gravest first."""
-    blind = [_blind(camera, volume) for camera in cameras]
-    found = [_dark(lights, notes), *blind, *(_outside(camera) for camera in cameras)]
-    if walls is not None and not all(blind):  # what blind cameras meet says nothing about the rest
+    """Everything that gives reason to doubt the light, the gravest first.
+
+    Args:
+        volume: Where the probes stand.
+        walls: What light meets; None for nothing.
+        lights: All of them.
+        camera: The one that a picture is taken with.
+        notes: Of the import.
+    """
+    blind = _blind(camera, volume)
+    found = [_dark(lights, notes), blind, _outside(camera)]
+    if walls is not None and blind is None:  # what a blind camera meets says nothing about the rest
         found += [_turned_away(walls), _thin(walls, volume)]
     found += [_lights_outside(lights), _missing(notes)]
     return tuple(caveat for caveat in found if caveat is not None)
@@ -65,10 +77,10 @@ def _blind(camera: View, volume: Volume) -> Caveat | None:
         text = f"{who} sees nothing: aim it with --look, or choose another with --camera"
         return Caveat("sees-nothing", text)
     if camera.behind >= NEARLY_ALL * seen and camera.distance < min(volume.spacing):
-        text = f"{who} stands inside a wall or an object, {_percent(camera.behind)} of its picture shows faces from behind, {camera.distance:.2g} away: move it with --look, or cut them away with --near"
+        text = f"{who} stands inside a wall or an object, {percent(camera.behind)} of its picture shows faces from behind, {camera.distance:.2g} away: move it with --look, or cut them away with --near"
         return Caveat("inside-wall", text)
     if camera.black >= NEARLY_ALL * seen:
-        text = f"{who} sees faces from behind alone, {_percent(camera.black / seen)} of what is there, and black: move it with --look, or give their materials two sides"
+        text = f"{who} sees faces from behind alone, {percent(camera.black / seen)} of what is there, and black: move it with --look, or give their materials two sides"
         return Caveat("black-picture", text)
     return None
 
@@ -76,14 +88,14 @@ def _blind(camera: View, volume: Volume) -> Caveat | None:
 def _outside(camera: View) -> Caveat | None:
     if camera.outside < MUCH_OUTSIDE:
         return None
-    text = f"{_percent(camera.outside)} of the picture of {_named(camera)} lies outside the volume, and reads its edge: widen grid.box"
+    text = f"{percent(camera.outside)} of the picture of {_named(camera)} lies outside the volume, and reads its edge: name a larger grid.box"
     return Caveat("view-outside", text)
 
 
 def _turned_away(walls: Walls) -> Caveat | None:
     if walls.black < MANY_BACKS:
         return None
-    text = f"{_percent(walls.black)} of the faces that light meets are turned away and black: turn them around, or give their materials two sides"
+    text = f"{percent(walls.black)} of the faces that light meets are turned away and black: turn them around, or give their materials two sides"
     return Caveat("faces-turned-away", text)
 
 
@@ -92,8 +104,10 @@ def _thin(walls: Walls, volume: Volume) -> Caveat | None:
         return None
     advice = "give them thickness, or end the volume at them with grid.box"
     if walls.spacing_needed is not None and walls.spacing_needed >= FINEST * min(volume.spacing):
-        advice = f"set grid.spacing={0.95 * walls.spacing_needed:.2g} or less, or make them thicker"
-    text = f"{_percent(walls.leaky)} of the faces that light meets are thinner than {THIN:g} spacings with probes on both sides, so light may leak ({_percent(walls.sheets)} have no thickness at all): {advice}"
+        spacing = ROUNDING * walls.spacing_needed
+        probes = math.ceil(volume.probes * math.prod(volume.spacing) / spacing**3)
+        advice = f"make them thicker, or set grid.budget={probes}, for a spacing of {spacing:.2g}"
+    text = f"{percent(walls.leaky)} of the faces that light meets are thinner than {THIN:g} spacings with probes on both sides, so light may leak ({percent(walls.sheets)} have no thickness at all): {advice}"
     return Caveat("thin-walls", text)
 
 
@@ -101,7 +115,7 @@ def _lights_outside(lights: Sequence[Lamp]) -> Caveat | None:
     outside = [lamp.name for lamp in lights if lamp.outside and lamp.shines]
     if not outside:
         return None
-    text = f"{len(outside)} of {counted(len(lights), 'light')} outside the volume ({_listed(outside)}): light that bounces there is not kept, widen grid.box if it matters"
+    text = f"{len(outside)} of {counted(len(lights), 'light')} outside the volume ({_listed(outside)}): light that bounces there is not kept, name a larger grid.box if it matters"
     return Caveat("light-outside", text)
 
 
@@ -115,19 +129,10 @@ def _missing(notes: Sequence[str]) -> Caveat | None:
     return Caveat("textures-missing", text)
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
-
-
 def _named(camera: View) -> str:
-    return f'camera "{_printable(camera.name)}"'
+    return f'camera "{shown(camera.name)}"'
 
 
 def _listed(names: Sequence[str]) -> str:
     more = len(names) - MOST_NAMES
-    return ", ".join(map(_printable, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
-
-
-def _printable(name: str) -> str:
-    """Names may hold anything, a line's end too."""
-    return "".join(c if c.isprintable() else " " for c in name)
+    return ", ".join(map(shown, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")

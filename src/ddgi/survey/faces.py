@@ -104,7 +104,7 @@ def _meet(scene: Scene, origin, direction, active, time: Clock):
         behind,
         surface.back,
         surface.lit & (dr.max(surface.albedo) > 0) & (dr.max(surface.emission) == 0),
-        dr.select(beyond.back & ~behind, beyond.distance, 0),
+        dr.select(beyond.back & ~behind, dr.norm(beyond.position - surface.position), 0),
     )
     lane = dr.arange(mi.UInt32, dr.width(origin))
     sample = sampling.uniform_2d(time, sampling.SURVEY, lane)

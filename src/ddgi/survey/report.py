@@ -56,6 +56,6 @@ def survey(scene: Scene, settings: RenderSettings) -> Survey:
         units=plausible_units(max(b - a for a, b in zip(low, high, strict=True))),
         volume=volume,
         walls=judged,
-        warnings=caveats(volume, judged, lights, cameras, scene.notes),
+        warnings=caveats(volume, judged, lights, cameras[0], scene.notes),
         notes=scene.notes,
     )
