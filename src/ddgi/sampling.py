@@ -26,7 +26,9 @@ import mitsuba as mi
     REGION,
     PIXEL_CONTACT,
     PROBE_CONTACT,
-) = range(13)
+    SURVEY,
+    SURVEY_ALPHA,
+) = range(15)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 
