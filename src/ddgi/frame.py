@@ -11,11 +11,14 @@ import numpy as np
 
 from ddgi.backend import use_backend
 from ddgi.errors import SettingsError
+from ddgi.extrema import at_least
 from ddgi.lighting.lights import Lights
 from ddgi.passes import picture as pictures
 from ddgi.passes.gbuffer import gbuffer
+from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import Picture, accumulate
 from ddgi.passes.shade import shade
+from ddgi.probes.bounce import Illumination
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
 from ddgi.replay import Replayed
@@ -49,7 +52,8 @@ class Frame:
     @property
     def layers(self) -> dict[str, mi.TensorXf]:
         """The layers by name, (H, W, channels); empty unless `picture.layers` is set."""
-        return {name: self._tensor(x, pictures.CHANNELS[name]) for name, x in self.picture.layers.items()}
+        shown = {n: at_least(x, 0) if n in pictures.FROM_FIELD else x for n, x in self.picture.layers.items()}
+        return {name: self._tensor(x, pictures.CHANNELS[name]) for name, x in shown.items()}
 
     @property
     def non_finite(self) -> int:
@@ -133,17 +137,9 @@ def take_picture(
 ) -> Picture:
     """Light what the camera sees, and add it to the picture so far."""
     surface = gbuffer(tracer, camera, time, s.gbuffer)
+    by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
+    near = nearby(by, camera, surface, s.gbuffer, s.contact)
     shaded = shade(
-        tracer,
-        lights,
-        field,
-        surface,
-        tracer.materials.any_specular,
-        time,
-        s.direct,
-        s.volume,
-        s.query,
-        s.gather,
-        s.contact,
+        tracer, lights, field, surface, tracer.materials.any_specular, time, s.direct, s.volume, s.query, near
     )
     return accumulate(previous, surface, shaded, s.picture)

@@ -49,7 +49,7 @@ class RenderSettings:
 _default = RenderSettings()
 
 # The published systems blend from the second update on, read four texels per map, and leave
-# emitters to the probes' rays; each then differs as its own text says.
+# emitters to the probes' rays; light between near things is ours. Each then differs as its own text says.
 _published = replace(
     _default,
     gather=replace(_default.gather, taps="bilinear"),
@@ -58,6 +58,8 @@ _published = replace(
         _default.query, sqrt_blending=False, wrap_offset=0.2, visibility_floor=0.05, bias_scale=0.3
     ),
     direct=replace(_default.direct, area="field", environment="field"),
+    volume=replace(_default.volume, radiance_size=0),
+    contact=contact.Settings(pixels=0.0, hits=0.0),
 )
 
 _scale = replace(
@@ -123,8 +125,7 @@ _classic = replace(
 _fine = replace(
     _default,
     rays=replace(_default.rays, per_probe=256),
-    volume=replace(_default.volume, radiance_size=8),
-    contact=replace(_default.contact, pixels=1.0, hits=1.0),
+    contact=replace(_default.contact, every=1),
 )
 
 PRESETS: dict[str, RenderSettings] = {

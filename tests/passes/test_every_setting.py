@@ -58,6 +58,7 @@ MAPS = {
     "query.sqrt_blending": (True, {}),
     "volume.radiance_size": (4, {"volume_radiance_size": 8, "contact_hits": 2.0}),
     "contact.hits": (2.0, {"volume_radiance_size": 8}),
+    "contact.every": (4, {"volume_radiance_size": 8, "contact_hits": 2.0}),
     "direct.area": ("field", {}),
     "direct.environment": ("sampled", {}),
     "direct.probe_samples": (2, {}),
