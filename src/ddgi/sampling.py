@@ -24,7 +24,8 @@ import mitsuba as mi
     ROUNDING,
     WALLS,
     REGION,
-) = range(11)
+    VIEWPOINT,
+) = range(12)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 
