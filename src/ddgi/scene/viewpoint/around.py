@@ -7,17 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ddgi.lighting.lights import Lights
-from ddgi.scene.viewpoint.rooms import directions
 from ddgi.scene.viewpoint.sight import brightness, see
-from ddgi.scene.viewpoint.views import SIZE, View, frustum, lit, mean, variety
+from ddgi.scene.viewpoint.views import SIZE, View, directions, frustum, lit, mean, variety
 from ddgi.trace.tracer import Tracer
 
 FOV = 45.0
 """Horizontal field of view [degrees]."""
 MARGIN = 0.06
 """Of half the picture, left free around the object."""
-
-
 AZIMUTHS = 24
 USUAL = 30.0
 """Azimuth of a three-quarter view, all else being equal [degrees]."""
@@ -84,20 +81,20 @@ def best_view(tracer: Tracer, lights: Lights, points: np.ndarray, up: np.ndarray
     places, targets = np.concatenate(origin), np.concatenate(target)
     forward = targets - places
     forward /= np.linalg.norm(forward, axis=1, keepdims=True)
-    worth = np.concatenate(score) * _shown(tracer, lights, places, forward, points, up)
-    best = int(worth.argmax())
-    return View(places[best], targets[best], FOV)
+    shown, light = _shown(tracer, lights, places, forward, points, up)
+    best = int((np.concatenate(score) * shown * (light if light.any() else 1)).argmax())
+    return View(places[best], targets[best], FOV, bool(light[best] > 0))
 
 
-def _shown(tracer, lights, places, forward, points, up) -> np.ndarray:
-    """(V,) how much of a body views show."""
+def _shown(tracer, lights, places, forward, points, up) -> tuple[np.ndarray, np.ndarray]:
+    """(V,) how much of a body views show, and how well it is lit there."""
     rays = frustum(forward, up, FOV)
     sight = see(tracer, places[:, None, None], rays)
-    slack = 1e-3 * np.ptp(points, axis=0).max()
+    size = float(np.ptp(points, axis=0).max())
+    slack = 1e-3 * size
     body = sight.hit & (
         (sight.position >= points.min(0) - slack) & (sight.position <= points.max(0) + slack)
     ).all(-1)
-    size = float(np.ptp(points, axis=0).max())
     seen = np.sqrt(mean(body & ~sight.black)) * (2 + variety(sight, body, size))
     light = brightness(tracer, lights, places[:, None, None], rays)
-    return seen * lit(np.where(body, light, np.nan))
+    return seen, lit(np.where(body, light, np.nan))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ddgi.lighting.lights import Lights
-from ddgi.scene.viewpoint.rooms import Places, candidates, directions, is_room
+from ddgi.scene.viewpoint.rooms import FRONT, Places, is_room
 from ddgi.scene.viewpoint.sight import Sight, brightness, see
-from ddgi.scene.viewpoint.views import View, frustum, lit, mean, variety
+from ddgi.scene.viewpoint.views import View, directions, frustum, lit, mean, variety
 from ddgi.trace.tracer import Tracer
 
 FOV = 75.0
@@ -19,7 +17,8 @@ PITCH = -6.0
 STANDS, AZIMUTHS = 64, 16
 """Places that are tried, and directions at each."""
 STEP, WALL = 1.5, 0.15
-"""How far to step back, at most, and what stays free behind, in heights of the room."""
+"""How far to step back, at most, and what stays free behind, in heights of the room: who looks into a box
+through its open side, or across a room, stands at its end."""
 SHORT_LIST = 24
 """Views that are looked at closely."""
 FINE = (48, 27)
@@ -30,19 +29,19 @@ LEAST = 0.04
 
 
 def best_view(
-    tracer: Tracer, lights: Lights, shapes: Sequence[np.ndarray], up: np.ndarray, reach: float
+    tracer: Tracer, lights: Lights, tried: Places, up: np.ndarray, reach: float, *, fronts: float = FRONT
 ) -> View | None:
     """The view of a room that shows most; None where there are no rooms.
 
     Args:
         tracer: The scene.
         lights: Its lights.
-        shapes: (V, 3) points of each shape [m].
+        tried: Places to choose from.
         up: (3,) unit.
         reach: What is further off counts as sky [m].
+        fronts: Least share of fronts among what is seen from a place.
     """
-    tried = candidates(tracer, shapes, up)
-    rooms = _largest(tried[is_room(tried)])
+    rooms = _largest(tried[is_room(tried, fronts)])
     if not len(rooms) or len(rooms) < LEAST * len(tried):
         return None
     stands = rooms[np.arange(min(len(rooms), STANDS))]
@@ -53,13 +52,17 @@ def best_view(
     rays = frustum(forward, up, FOV, FINE)
     sight = see(tracer, place[:, None, None], rays)
     light = lit(brightness(tracer, lights, place[:, None, None], rays))
-    best = int((_shown(sight, unit, reach) * light).argmax())
+    best = int((_shown(sight, unit, reach) * (light if light.any() else 1)).argmax())
     depth = float(np.median(np.minimum(sight.distance[best], reach)))
-    return View(place[best], place[best] + depth * forward[best], FOV)
+    return View(place[best], place[best] + depth * forward[best], FOV, bool(light[best] > 0))
 
 
 def _directed(tracer: Tracer, stands: Places, up: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Views (V, 3) from places, all around, and from as far back as one can step: place, direction, height of the room."""
+    """Views all around from places, and the same from as far back as one can step.
+
+    Returns:
+        (V, 3) place, (V, 3) direction, (V,) height of the room.
+    """
     azimuth = np.arange(AZIMUTHS) / AZIMUTHS * 2 * np.pi
     forward = np.tile(directions(np.radians(PITCH), azimuth, up), (len(stands), 1))
     back = np.tile(directions(0.0, azimuth + np.pi, up), (len(stands), 1))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ddgi import sampling
 
+CURVED = ("Sphere", "Disk", "Cylinder")
 ON_CURVED = 2048
 """Points that stand for a sphere, a disk or a cylinder."""
 BACKDROP = 5.0
@@ -49,7 +50,7 @@ def near_shapes(shapes: Sequence[np.ndarray], count: int) -> np.ndarray:
 def _points(shape: mi.Shape) -> np.ndarray:
     if shape.is_mesh():
         return np.array(shape.vertex_position(dr.arange(mi.UInt32, shape.vertex_count())), np.float64).T
-    if shape.class_name() == "Instance":
+    if shape.class_name() not in CURVED:  # instances, and what has no area to pick places from
         box = shape.bbox()
         return np.array([np.ravel(box.corner(n)) for n in range(8)], np.float64)
     lane = dr.arange(mi.UInt32, ON_CURVED)
@@ -60,9 +61,9 @@ def _points(shape: mi.Shape) -> np.ndarray:
 def _is_backdrop(points: np.ndarray, rest: np.ndarray, up: np.ndarray) -> bool:
     low, high = points.min(0), points.max(0)
     size, inner = high - low, np.ptp(rest, axis=0)
-    level = np.abs(up) < 0.5
-    around = (low[level] <= rest.min(0)[level]).all() and (high[level] >= rest.max(0)[level]).all()
+    level = np.arange(3) != np.abs(up).argmax()
+    around_rest = (low[level] <= rest.min(0)[level]).all() and (high[level] >= rest.max(0)[level]).all()
     wide = size[level].max() > BACKDROP * max(inner.max(), 1e-30)
     flat = size[~level].sum() < FLAT * size[level].max()
-    dome = high[~level].sum() > rest.max(0)[~level].sum() + inner.max()
-    return bool(around and wide and (flat or dome))
+    dome = size[~level].sum() > inner.max()
+    return bool(around_rest and wide and (flat or dome))

@@ -7,7 +7,6 @@ solid thing all is seen from behind, and that is how the inside of a statue diff
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import drjit as dr
@@ -15,12 +14,10 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi import sampling
-from ddgi.scene.daylight import horizontal_axes
-from ddgi.scene.viewpoint.outline import near_shapes
 from ddgi.scene.viewpoint.sight import Sight, see
+from ddgi.scene.viewpoint.views import directions
 from ddgi.trace.tracer import Tracer
 
-SEEDS = 1024
 AZIMUTHS, ELEVATIONS = 32, 12
 """Rays of a panorama."""
 FAR = 6.0
@@ -75,13 +72,18 @@ def survey(tracer: Tracer, position: np.ndarray, up: np.ndarray, reach: float) -
     return _summary(position, sight, elevation, up, reach)
 
 
-def _summary(position, sight: Sight, elevation: np.ndarray, up: np.ndarray, reach: float) -> Places:
+def _summary(
+    position: np.ndarray, sight: Sight, elevation: np.ndarray, up: np.ndarray, reach: float
+) -> Places:
     hit = sight.distance < reach
     height = (sight.position - position[:, None, None]) @ up
     level = hit & (np.abs(sight.normal @ up) > LEVEL)
     rise = np.degrees(elevation)[:, None]
     weight = np.broadcast_to(np.cos(elevation)[:, None], hit.shape)
-    share = lambda what, among: (what * weight * among).sum((1, 2)) / np.maximum((weight * among).sum((1, 2)), 1e-9)  # noqa: E731
+
+    def share(what: np.ndarray, among: np.ndarray) -> np.ndarray:
+        return (what * weight * among).sum((1, 2)) / np.maximum((weight * among).sum((1, 2)), 1e-9)
+
     roofed = share(hit, rise > 40) > 0.5
     ceiling = _quantile(height, level & (rise > 30), 0.5)
     walls = _quantile(height, hit & (rise > 0), 0.95)
@@ -101,10 +103,8 @@ def _summary(position, sight: Sight, elevation: np.ndarray, up: np.ndarray, reac
     )
 
 
-def candidates(tracer: Tracer, shapes: Sequence[np.ndarray], up: np.ndarray) -> Places:
-    """Places at the height of eyes, as good as rays that start near the shapes find them."""
-    near = near_shapes(shapes, SEEDS)
-    reach = far_off(near)
+def candidates(tracer: Tracer, near: np.ndarray, up: np.ndarray, reach: float) -> Places:
+    """Places at the height of eyes, as rays that start near the shapes find them. near: (N, 3) points [m]."""
     first = survey(tracer, _drifted(tracer, near, reach), up, reach)
     first = first[np.isfinite(first.floor + first.top) & (first.top > first.floor)]
     if not len(first):
@@ -113,13 +113,18 @@ def candidates(tracer: Tracer, shapes: Sequence[np.ndarray], up: np.ndarray) -> 
     return survey(tracer, first.position + eye[:, None] * up, up, reach)
 
 
-def is_room(p: Places) -> np.ndarray:
-    """(C,) bool: whether somebody could stand at each place, with a room around."""
+def is_room(p: Places, fronts: float = FRONT) -> np.ndarray:
+    """(C,) bool: whether somebody could stand at each place, with a room around.
+
+    Args:
+        p: The places.
+        fronts: Least share of fronts among what is seen from there.
+    """
     with np.errstate(invalid="ignore"):
         room = p.top - p.floor
         wide = p.roofed | (p.width > room)  # without a roof, what is taller than wide is a vessel
         return (
-            (p.walls >= WALLS) & (p.ground >= FLOOR) & (p.fronts >= FRONT) & (p.black < 0.5)
+            (p.walls >= WALLS) & (p.ground >= FLOOR) & (p.fronts >= fronts) & (p.black < 0.5)
             & wide & (p.floor < -LOW * room) & (p.floor > -HIGH * room) & (p.nearest > CLEAR * room)
         )  # fmt: skip
 
@@ -139,13 +144,6 @@ def _drifted(tracer: Tracer, near: np.ndarray, reach: float) -> np.ndarray:
     start = near + 1e-3 * reach / FAR * direction
     free = np.minimum(see(tracer, start, direction).distance, reach / FAR)
     return start + (way * free)[:, None] * direction
-
-
-def directions(elevation: np.ndarray, azimuth: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """(..., 3) unit vectors; angles in radians, azimuth as of the sun."""
-    north, east = horizontal_axes(up)
-    level = np.cos(azimuth)[..., None] * north + np.sin(azimuth)[..., None] * east
-    return np.cos(elevation)[..., None] * level + np.sin(elevation)[..., None] * up
 
 
 def _quantile(values: np.ndarray, among: np.ndarray, share: float) -> np.ndarray:

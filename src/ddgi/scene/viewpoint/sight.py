@@ -62,13 +62,13 @@ def brightness(tracer: Tracer, lights: Lights, origin: np.ndarray, direction: np
         surface = tracer.intersect(at, along, active, time=time, stream=sampling.VIEWPOINT)
         arriving = environment_radiance(lights, along, active & ~surface.valid)
         if bounce == 0:  # later on, area lights were sampled already
-            arriving += dr.select(surface.valid, surface.emission, 0)
+            arriving += surface.emission
         seen += throughput * (arriving + _reflected(tracer, lights, surface, time))
         throughput *= surface.albedo
         active = active & surface.lit
         at, along = matt_bounce(surface, sampling.uniform_2d(time, sampling.VIEWPOINT, lane))
         dr.eval(seen, throughput, active, at, along)
-    return (np.array(seen).T @ LUMINANCE).reshape(direction.shape[:-1])
+    return (np.nan_to_num(np.array(seen).T, posinf=0) @ LUMINANCE).reshape(direction.shape[:-1])
 
 
 def _reflected(tracer: Tracer, lights: Lights, surface: Surface, time: sampling.Clock) -> mi.Color3f:
@@ -81,7 +81,10 @@ def _reflected(tracer: Tracer, lights: Lights, surface: Surface, time: sampling.
 
 def _columns(vectors: np.ndarray) -> list[mi.Float]:
     """(..., 3) to three arrays in Dr.Jit's own memory: kernels are compiled per alignment."""
-    columns = [mi.Float(np.array(c, np.float32).ravel()) * dr.opaque(mi.Float, 1) for c in np.moveaxis(vectors, -1, 0)]
+    columns = [
+        mi.Float(np.array(c, np.float32).ravel()) * dr.opaque(mi.Float, 1)
+        for c in np.moveaxis(vectors, -1, 0)
+    ]
     dr.eval(columns)
     return columns
 
@@ -89,4 +92,6 @@ def _columns(vectors: np.ndarray) -> list[mi.Float]:
 def _lanes(values, shape: tuple[int, ...]) -> np.ndarray:
     """One value a ray; Dr.Jit keeps what is the same for all as one."""
     found = np.array(values)
-    return np.broadcast_to(found.astype(np.float64) if found.dtype == np.float32 else found, int(np.prod(shape))).reshape(shape)
+    return np.broadcast_to(
+        found.astype(np.float64) if found.dtype == np.float32 else found, int(np.prod(shape))
+    ).reshape(shape)

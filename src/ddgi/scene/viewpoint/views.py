@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ddgi.scene.daylight import horizontal_axes
 from ddgi.scene.viewpoint.sight import Sight
 
 SIZE = (16, 9)
@@ -19,6 +20,15 @@ class View:
     place: np.ndarray  # (3,) [m]
     target: np.ndarray  # (3,) [m]
     fov: float  # horizontal [degrees]
+    lit: bool  # some light reaches what it shows
+
+
+def directions(elevation: np.ndarray | float, azimuth: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(..., 3) unit vectors; angles in radians, azimuth as of the sun."""
+    elevation = np.asarray(elevation)
+    north, east = horizontal_axes(up)
+    level = np.cos(azimuth)[..., None] * north + np.sin(azimuth)[..., None] * east
+    return np.cos(elevation)[..., None] * level + np.sin(elevation)[..., None] * up
 
 
 def frustum(forward: np.ndarray, up: np.ndarray, fov: float, size: tuple[int, int] = SIZE) -> np.ndarray:
@@ -37,9 +47,7 @@ def frustum(forward: np.ndarray, up: np.ndarray, fov: float, size: tuple[int, in
     half = np.tan(0.5 * np.radians(fov))
     x = ((np.arange(width) + 0.5) / width * 2 - 1) * half
     y = (1 - (np.arange(height)[:, None] + 0.5) / height * 2) * half * SIZE[1] / SIZE[0]
-    rays = (
-        forward[:, None, None] + x[..., None] * right[:, None, None] + y[..., None] * upward[:, None, None]
-    )
+    rays = forward[:, None, None] + x[..., None] * right[:, None, None] + y[..., None] * upward[:, None, None]
     return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
 
@@ -51,11 +59,10 @@ def variety(sight: Sight, counted: np.ndarray, unit: np.ndarray | float) -> np.n
         counted: (V, h, w) bool, those that count.
         unit: (V, 1, 1) or a number: the length that distances are compared with [m].
     """
-    facing = np.abs(sight.normal).argmax(-1) * 2 + (np.take_along_axis(
-        sight.normal, np.abs(sight.normal).argmax(-1)[..., None], -1
-    )[..., 0] > 0)  # fmt: skip
+    axis = np.abs(sight.normal).argmax(-1)[..., None]
+    facing = (axis * 2 + (np.take_along_axis(sight.normal, axis, -1) > 0))[..., 0]
     colour = np.rint(sight.albedo * 3).astype(int) @ (1, 4, 16)
-    octave = np.floor(np.log2(np.where(counted, sight.distance, 1) / unit)).astype(int).clip(-8, 7) + 8
+    octave = np.floor(np.log2(np.where(counted, sight.distance, 1) / unit + 1e-9)).astype(int).clip(-8, 7) + 8
     kind = np.where(counted, (facing * 64 + colour) * 16 + octave, -1)
     return np.array([_entropy(view) for view in kind])
 
