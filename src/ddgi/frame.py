@@ -94,19 +94,45 @@ def render_frame(
         SettingsError: The field was fitted for other `volume` settings or another
             `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1.
     """
+    time = _time(field, tick, settings)
+    field = advance()(settings, scene.tracer, scene.lights, field, time)
+    return field, _exposed(scene, field, camera, time, settings, previous)
+
+
+def render_view(
+    scene: Scene,
+    field: IrradianceField,
+    camera: Camera,
+    tick: int,
+    settings: RenderSettings,
+    previous: Frame | None = None,
+) -> Frame:
+    """Light a camera's pixels with a field as it is. Arguments and errors as of `render_frame`."""
+    return _exposed(scene, field, camera, _time(field, tick, settings), settings, previous)
+
+
+def _time(field: IrradianceField, tick: int, settings: RenderSettings) -> Clock:
+    """The clock of a frame; what cannot be rendered is refused."""
     use_backend()
     if not isinstance(tick, int) or not 0 <= tick < 2**32:
         raise SettingsError(f"tick must be a whole number from 0 to 2^32 - 1, not {tick!r}")
     field.check(settings)
-    time = clock(settings.seed, tick)
-    tracer = scene.tracer
-    field = advance()(settings, tracer, scene.lights, field, time)
+    return clock(settings.seed, tick)
+
+
+def _exposed(
+    scene: Scene,
+    field: IrradianceField,
+    camera: Camera,
+    time: Clock,
+    settings: RenderSettings,
+    previous: Frame | None,
+) -> Frame:
     if previous is not None and _goes_on(previous, camera, settings):
         before = previous.picture
     else:
         before = pictures.empty(camera.size, settings.picture)
-    picture = expose()(settings, tracer, scene.lights, field, camera, time, before)
-    return field, Frame(camera, picture)
+    return Frame(camera, expose()(settings, scene.tracer, scene.lights, field, camera, time, before))
 
 
 def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:

@@ -21,7 +21,7 @@ from ddgi.scene.notes import NO_LIGHT, Notes
 from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.scene import Scene
-from ddgi.scene.sensors import CAMERAS, default_camera, read_camera, sensor_up
+from ddgi.scene.sensors import CAMERAS, read_camera, sensor_up
 from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
 
@@ -46,7 +46,7 @@ def import_scene(
     diffuse: bool = False,
     notes: Notes | None = None,
 ) -> Scene:
-    """Build the scene that a plugin tree describes.
+    """Build the scene that a plugin tree describes; without a camera if it names none.
 
     Args:
         tree: The parsed scene; lights are added to it, and film, sampler and integrator cleared.
@@ -86,9 +86,6 @@ def import_scene(
     bounds = _point(mi_scene.bbox().min), _point(mi_scene.bbox().max)
     if not np.isfinite(bounds).all():
         raise SceneError(f"{name}: its bounding box is not finite")
-    if not cameras:
-        notes.add("no camera in the scene: one added that looks along the box")
-        cameras = [default_camera(box or bounds, up)]
     return Scene(
         name=name,
         mi_scene=mi_scene,

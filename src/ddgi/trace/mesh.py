@@ -70,6 +70,7 @@ class MeshTracer:
             back = valid & ~front & ~material.double_sided
         return Surface(
             valid=valid,
+            front=valid & front,
             back=back,
             distance=si.t + skipped,
             position=dr.select(valid, si.p, mi.Point3f(0)),

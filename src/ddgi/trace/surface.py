@@ -15,6 +15,7 @@ class Surface:
     """N ray hits. Lanes that missed hold safe values (unit normals, zero colours), never NaN."""
 
     valid: mi.Bool  # (N,) something was hit
+    front: mi.Bool  # (N,) seen from the side that its normals look to
     back: mi.Bool  # (N,) a single-sided surface from behind: black and opaque
     distance: mi.Float  # (N,) along the ray [m]; infinite for a miss
     position: mi.Point3f  # (N,) [m]
@@ -41,3 +42,9 @@ def offset_origin(position: mi.Point3f, normal: mi.Normal3f, direction: mi.Vecto
     size = mi.math.RayEpsilon * (1 + largest(dr.abs(position)))
     side = dr.mulsign(size, dr.dot(normal, direction))
     return dr.fma(mi.Vector3f(normal), side, position)
+
+
+def matt_bounce(surface: Surface, sample: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Rays that leave surfaces as light leaves a matt one. sample: (N,) uniform numbers."""
+    direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
+    return offset_origin(surface.position, surface.geometric_normal, direction), direction
