@@ -17,7 +17,7 @@ SIZE = (24, 16)
 def indirect_both_ways(scene, camera, paths=2000, samples=2000):
     """Black where a lamp is seen: there, the difference of two noisy edges would drown the rest."""
     eye = PathTracer(scene)
-    there = LightTracer(eye.scene).render(camera, paths, 1).picture
+    there = LightTracer(eye.scene, eye.origin).render(camera, paths, 1).picture
     direct = eye.render_direct(camera, samples, 3).picture
     back = eye.render(camera, samples, 2).picture - direct
     dim = direct.max(-1, keepdims=True) < 4 * direct.mean()

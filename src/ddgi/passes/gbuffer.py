@@ -32,7 +32,7 @@ def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface
     if s.antialias:
         within = sampling.low_discrepancy_2d(time, sampling.PIXEL, mi.UInt32(0), time.tick)
     pixel = dr.arange(mi.UInt32, camera.size[0] * camera.size[1])
-    origin, direction = camera_rays(camera, pixel, within)
+    origin, direction = camera_rays(camera, tracer.origin, pixel, within)
     return tracer.intersect(
         origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
     )

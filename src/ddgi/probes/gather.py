@@ -146,7 +146,7 @@ def _reflected(
         sample = sampling.uniform_2d(time, sampling.PROBE_PATH, lane * s.path_length + (length - 1))
         # Cosine-distributed directions: the cosine and the 1/pi of Lambert cancel against the density.
         direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
-        origin = offset_origin(surface.position, surface.geometric_normal, direction)
+        origin = offset_origin(surface, direction)
         surface = tracer.intersect(origin, direction, surface.lit, time=time, stream=sampling.PROBE_ALPHA)
         radiance += throughput * _arriving(lights, surface, direction, d)
     return radiance

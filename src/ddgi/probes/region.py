@@ -63,7 +63,9 @@ def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.n
     start = sampling.uniform_2d(time, sampling.REGION, lane)
     width, height = camera.size
     pixel = mi.UInt32(start.x * (width * height))
-    origin, direction = camera_rays(camera, pixel, sampling.uniform_2d(time, sampling.REGION, lane + PATHS))
+    origin, direction = camera_rays(
+        camera, tracer.origin, pixel, sampling.uniform_2d(time, sampling.REGION, lane + PATHS)
+    )
     throughput, active = mi.Float(1), mi.Bool(True)
     places, weights = [], []
     for bounce in range(BOUNCES):
@@ -80,7 +82,7 @@ def _onward(surface, time: Clock, lane: mi.UInt32) -> tuple[mi.Point3f, mi.Vecto
     """Rays that leave surfaces as light leaves a matt one."""
     local = mi.warp.square_to_cosine_hemisphere(sampling.uniform_2d(time, sampling.REGION, lane))
     direction = mi.Frame3f(surface.normal).to_world(local)
-    return offset_origin(surface.position, surface.geometric_normal, direction), direction
+    return offset_origin(surface, direction), direction
 
 
 def _grown(place: np.ndarray, weight: np.ndarray) -> tuple[float, float]:

@@ -9,6 +9,9 @@ import mitsuba as mi
 
 from ddgi.extrema import largest
 
+MOST_REACH = 200.0
+"""Coordinates up to this are exact enough for Mitsuba's epsilon, whose unit is 1 [m]."""
+
 
 @dataclass
 class Surface:
@@ -17,7 +20,8 @@ class Surface:
     valid: mi.Bool  # (N,) something was hit
     back: mi.Bool  # (N,) a single-sided surface from behind: black and opaque
     distance: mi.Float  # (N,) along the ray [m]; infinite for a miss
-    position: mi.Point3f  # (N,) [m]
+    position: mi.Point3f  # (N,) [m], from the scene's origin
+    slack: mi.Float  # (N,) how far off the surface a ray starts, so as not to meet it again [m]
     normal: mi.Normal3f  # (N,) shading normal, unit, on the side the ray came from
     geometric_normal: mi.Normal3f  # (N,) unit, likewise
     to_viewer: mi.Vector3f  # (N,) unit, back along the ray
@@ -33,11 +37,29 @@ class Surface:
         return self.valid & ~self.back
 
 
-def offset_origin(position: mi.Point3f, normal: mi.Normal3f, direction: mi.Vector3f) -> mi.Point3f:
+def offset_origin(surface: Surface, direction: mi.Vector3f) -> mi.Point3f:
     """Start of a ray that leaves a surface without meeting it again.
 
-    Moves along the geometric normal to the side of `direction`, by Mitsuba's relative epsilon.
+    Moves by `slack` along the geometric normal, to the side of `direction`.
     """
-    size = mi.math.RayEpsilon * (1 + largest(dr.abs(position)))
-    side = dr.mulsign(size, dr.dot(normal, direction))
-    return dr.fma(mi.Vector3f(normal), side, position)
+    side = dr.mulsign(surface.slack, dr.dot(surface.geometric_normal, direction))
+    return dr.fma(mi.Vector3f(surface.geometric_normal), side, surface.position)
+
+
+def slack(position: mi.Point3f, unit: mi.Float) -> mi.Float:
+    """How inexact positions on surfaces are at most: Mitsuba's epsilon, with a unit that fits the scene [m].
+
+    Args:
+        position: (N,) [m].
+        unit: (1,) of the scene (`unit_for`).
+    """
+    return mi.math.RayEpsilon * (unit + largest(dr.abs(position)))
+
+
+def unit_for(reach: float) -> float:
+    """What stands for Mitsuba's 1 in a scene whose largest coordinate is `reach` [m].
+
+    1 in scenes of ordinary size. In smaller ones a ray would start beyond things nearby; in larger
+    ones it would start on the surface, where large triangles pass by the origin.
+    """
+    return min(max(1.0, reach / MOST_REACH), reach)
