@@ -23,7 +23,6 @@ from typing import Any
 from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 
 import drjit as dr
-import mitsuba as mi
 from studies import RESULTS, View, judged, machine, trials
 
 from ddgi.probes import query

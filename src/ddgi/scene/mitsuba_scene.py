@@ -216,9 +216,7 @@ def _plain_film(properties: Any) -> Any:
     return film
 
 
-def _cameras(
-    tree: PluginTree, notes: Notes, origin: np.ndarray
-) -> tuple[list[Camera], np.ndarray | None]:
+def _cameras(tree: PluginTree, notes: Notes, origin: np.ndarray) -> tuple[list[Camera], np.ndarray | None]:
     """All cameras, of a tree that counts from `origin`; and what the first one has for up."""
     cameras: list[Camera] = []
     up = None

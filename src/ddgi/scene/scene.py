@@ -18,7 +18,6 @@ from ddgi.scene.named_lights import NamedLight, find_light
 from ddgi.scene.rig import Rig
 from ddgi.trace.materials import Materials
 from ddgi.trace.mesh import MeshTracer
-from ddgi.trace.surface import unit_for
 
 
 @dataclass
@@ -79,9 +78,12 @@ class Scene:
     @property
     def tracer(self) -> MeshTracer:
         """What traces rays through this scene."""
-        unit = unit_for(float(np.abs(self._traced_bounds).max()))
+        reach = float(np.abs(self._traced_bounds).max())
         return MeshTracer(
-            self.mi_scene, self.materials, dr.opaque(mi.Point3d, list(self.origin)), dr.opaque(mi.Float, unit)
+            self.mi_scene,
+            self.materials,
+            dr.opaque(mi.Point3d, list(self.origin)),
+            dr.opaque(mi.Float, reach),
         )
 
     @property

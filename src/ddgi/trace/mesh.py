@@ -23,7 +23,7 @@ class MeshTracer:
     scene: mi.Scene
     materials: Materials
     origin: mi.Point3d  # (1,) see `Tracer`
-    unit: mi.Float  # (1,) see `slack` [m]
+    reach: mi.Float  # (1,) the largest coordinate in the scene [m]
 
     def intersect(self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False):
         """See `Tracer.intersect`."""
@@ -71,7 +71,7 @@ class MeshTracer:
             back=back,
             distance=si.t + skipped,
             position=position,
-            slack=slack(position, self.unit),
+            slack=slack(position, self.reach),
             normal=dr.select(valid, mi.Normal3f(shading * flip), up),
             geometric_normal=dr.select(valid, mi.Normal3f(outward * flip), up),
             to_viewer=-direction,
@@ -88,7 +88,7 @@ class MeshTracer:
         si, corner = self._hit(ray, mi.RayFlags.UV, False, active)
         hit = active & si.is_valid()
         opacity = lookup_opacity(self.materials, _row(si), si.uv, hit, corner)
-        step = si.t + slack(si.p, self.unit)
+        step = si.t + slack(si.p, self.reach)
         return hit, step, opacity
 
     def _pass_through(self, origin, direction, active, time, stream):
