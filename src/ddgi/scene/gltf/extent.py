@@ -25,29 +25,32 @@ def extent(
         SceneError: A mesh or its placement cannot be used.
     """
     worlds = {placed.index: placed.world for placed in nodes}
+    meshes: dict[int, np.ndarray] = {}
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for placed in nodes:
-        corners = _corners(document, placed, primitives)
-        if not placed.visible or not len(corners):
+        mesh = placed.node.mesh
+        if mesh is None or not placed.visible:
             continue
-        matrices = _matrices(placed, worlds, accessors, skins)
-        places = np.einsum("nij,cj->nci", matrices[:, :3, :3], corners) + matrices[:, None, :3, 3]
-        low, high = np.minimum(low, places.min((0, 1))), np.maximum(high, places.max((0, 1)))
+        if mesh not in meshes:
+            meshes[mesh] = _corners(document, mesh, primitives)
+        if len(meshes[mesh]):
+            matrices = _matrices(placed, worlds, accessors, skins)
+            linear, offset = matrices[:, :3, :3], matrices[:, None, :3, 3]
+            places = np.einsum("nij,cj->nci", linear, meshes[mesh]) + offset
+            low, high = np.minimum(low, places.min((0, 1))), np.maximum(high, places.max((0, 1)))
     return low, high
 
 
-def _corners(document: Document, placed: Placed, primitives: PrimitiveReader) -> np.ndarray:
+def _corners(document: Document, mesh: int, primitives: PrimitiveReader) -> np.ndarray:
     """(8 P, 3) corners of the boxes around a mesh's P primitives, in the mesh's space."""
-    number = placed.node.mesh
-    out = np.zeros((0, 3))
-    for index, primitive in enumerate([] if number is None else document.meshes[number].primitives):
+    out = [np.zeros((0, 3))]
+    for index, primitive in enumerate(document.meshes[mesh].primitives):
         if primitive.mode >= TRIANGLES:
-            assert number is not None
-            positions = primitives.piece(number, index, primitive).positions
+            positions = primitives.piece(mesh, index, primitive).positions
             if len(positions):
                 sides = np.stack([positions.min(0), positions.max(0)]).astype(np.float64)
-                out = np.concatenate([out, np.stack(np.meshgrid(*sides.T), -1).reshape(-1, 3)])
-    return out
+                out.append(np.stack(np.meshgrid(*sides.T), -1).reshape(-1, 3))
+    return np.concatenate(out)
 
 
 def _matrices(
