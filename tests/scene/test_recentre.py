@@ -12,6 +12,7 @@ from ddgi.judge.path_tracer import PathTracer
 from ddgi.probes.field import IrradianceField
 from ddgi.scene.camera import camera_rays, look_at
 from ddgi.scene.recentre import origin_for
+from ddgi.survey.report import survey
 from gltf_writing import Writer
 from probing import diffuse, load, rgb, small
 
@@ -246,6 +247,15 @@ def test_options_of_the_command_line_are_in_the_files_coordinates(tmp_path):
     np.testing.assert_allclose(spot, FAR + LAMP, rtol=0, atol=EXACT)
     aim = (TARGET - LAMP) / np.linalg.norm(TARGET - LAMP)
     np.testing.assert_allclose(column(scene.lights.delta.direction, 4)[1], aim, atol=1e-5)
+
+
+def test_a_survey_speaks_the_files_coordinates(tmp_path):
+    box = tuple((FAR - 1).tolist()), tuple((FAR + 1).tolist())
+    found = survey(load(gltf(tmp_path, FAR), size=SIZE), small(grid_box=box, grid_margin=0.0))
+    np.testing.assert_allclose(found.volume.box, box, rtol=0, atol=EXACT)
+    np.testing.assert_allclose(found.lights[0].position, FAR + LAMP, rtol=0, atol=EXACT)
+    assert not found.lights[0].outside
+    assert found.cameras[0].outside == 0
 
 
 def test_cameras_half_a_millimetre_apart_have_references_of_their_own(tmp_path):

@@ -78,12 +78,12 @@ class Scene:
     @property
     def tracer(self) -> MeshTracer:
         """What traces rays through this scene."""
-        reach = float(np.abs(self._traced_bounds).max())
+        extent = float(np.abs(self._traced_bounds).max())
         return MeshTracer(
             self.mi_scene,
             self.materials,
             dr.opaque(mi.Point3d, list(self.origin)),
-            dr.opaque(mi.Float, reach),
+            dr.opaque(mi.Float, extent),
         )
 
     @property

@@ -23,14 +23,18 @@ class MeshTracer:
     scene: mi.Scene
     materials: Materials
     origin: mi.Point3d  # (1,) see `Tracer`
-    reach: mi.Float  # (1,) the largest coordinate in the scene [m]
+    extent: mi.Float  # (1,) the largest coordinate in the scene [m]
 
-    def intersect(self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False):
+    def intersect(
+        self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None
+    ):
         """See `Tracer.intersect`."""
         skipped = mi.Float(0)
         if self.materials.any_opacity:
             skipped = self._pass_through(origin, direction, active, time, stream)
         ray = mi.Ray3f(dr.fma(direction, skipped, origin), direction)
+        if reach is not None:
+            ray.maxt = reach - skipped
         flags = mi.RayFlags.ShadingFrame
         if self.materials.textures is not None:
             flags = flags | mi.RayFlags.UV
@@ -71,7 +75,7 @@ class MeshTracer:
             back=back,
             distance=si.t + skipped,
             position=position,
-            slack=slack(position, self.reach),
+            slack=slack(position, self.extent),
             normal=dr.select(valid, mi.Normal3f(shading * flip), up),
             geometric_normal=dr.select(valid, mi.Normal3f(outward * flip), up),
             to_viewer=-direction,
@@ -88,7 +92,7 @@ class MeshTracer:
         si, corner = self._hit(ray, mi.RayFlags.UV, False, active)
         hit = active & si.is_valid()
         opacity = lookup_opacity(self.materials, _row(si), si.uv, hit, corner)
-        step = si.t + slack(si.p, self.reach)
+        step = si.t + slack(si.p, self.extent)
         return hit, step, opacity
 
     def _pass_through(self, origin, direction, active, time, stream):

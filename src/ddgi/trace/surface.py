@@ -9,8 +9,8 @@ import mitsuba as mi
 
 from ddgi.extrema import largest
 
-SHARE_OF_REACH = 1 / 200
-"""Measured: hits on triangles as large as the scene are 3e-8 of its reach off, and no ray met its own
+SHARE_OF_EXTENT = 1 / 200
+"""Measured: hits on triangles as large as the scene are 3e-8 of its extent off, and no ray met its own
 triangle again down to a share of 1/1000.
 """
 
@@ -48,15 +48,15 @@ def offset_origin(surface: Surface, direction: mi.Vector3f) -> mi.Point3f:
     return dr.fma(mi.Vector3f(surface.geometric_normal), side, surface.position)
 
 
-def slack(position: mi.Point3f, reach: mi.Float) -> mi.Float:
+def slack(position: mi.Point3f, extent: mi.Float) -> mi.Float:
     """How far from a surface rays start that leave it [m], (N,).
 
-    Mitsuba's epsilon times the largest coordinate, and times a share of the scene's reach, for where
+    Mitsuba's epsilon times the largest coordinate, and times a share of the scene's extent, for where
     large triangles pass by the origin. Mitsuba has 1 [m] in place of that share, which in a scene of ten
     centimetres passes over things, and in one of kilometres is less than the error.
 
     Args:
         position: (N,) on surfaces [m].
-        reach: (1,) the largest coordinate in the scene [m].
+        extent: (1,) the largest coordinate in the scene [m].
     """
-    return mi.math.RayEpsilon * (reach * SHARE_OF_REACH + largest(dr.abs(position)))
+    return mi.math.RayEpsilon * (extent * SHARE_OF_EXTENT + largest(dr.abs(position)))
