@@ -23,11 +23,9 @@ from typing import Any
 from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 
 import drjit as dr
-import mitsuba as mi
 from studies import RESULTS, View, judged, machine, trials
 
 from ddgi.probes import query
-from ddgi.trace.surface import offset_origin
 
 VIEWS = (
     View("cornell-point", materials="diffuse", size=(240, 240)),
@@ -59,8 +57,8 @@ def traced_visibility(scene: Any) -> Iterator[None]:
         start = vol.grid.position(probe)
         length = dr.norm(from_probe)
         direction = from_probe / dr.maximum(length, 1e-9)
-        origin = offset_origin(start, mi.Normal3f(direction), direction)
-        return scene.tracer.visible(origin, direction, length * (1 - 1e-3), active)
+        origin = dr.fma(direction, length * 1e-3, start)
+        return scene.tracer.visible(origin, direction, length * (1 - 2e-3), active)
 
     def picture(settings, *arguments):
         # Not replayed: a recording would have to know the scene that `visible` asks.

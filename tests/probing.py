@@ -16,7 +16,7 @@ from ddgi.probes.update import update
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, clock
 from ddgi.settings import RenderSettings
-from ddgi.trace.surface import Surface
+from ddgi.trace.surface import Surface, slack
 
 # ---- settings --------------------------------------------------------------------------------------
 
@@ -194,6 +194,7 @@ def surface_at(
         back=dr.full(mi.Bool, False, n),
         distance=dr.full(mi.Float, 1, n),
         position=points(position),
+        slack=slack(points(position), dr.opaque(mi.Float, 1)),
         normal=mi.Normal3f(points(normal)),
         geometric_normal=mi.Normal3f(points(normal)),
         to_viewer=mi.Vector3f(points(viewer)),

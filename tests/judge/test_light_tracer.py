@@ -17,17 +17,22 @@ SIZE = (24, 16)
 def indirect_both_ways(scene, camera, paths=2000, samples=2000):
     """Black where a lamp is seen: there, the difference of two noisy edges would drown the rest."""
     eye = PathTracer(scene)
-    there = LightTracer(eye.scene).render(camera, paths, 1).picture
+    there = LightTracer(eye.scene, eye.origin).render(camera, paths, 1).picture
     direct = eye.render_direct(camera, samples, 3).picture
     back = eye.render(camera, samples, 2).picture - direct
     dim = direct.max(-1, keepdims=True) < 4 * direct.mean()
     return there * dim, back * dim
 
 
+def light_tracer_of(scene):
+    eye = PathTracer(scene)
+    return LightTracer(eye.scene, eye.origin)
+
+
 def test_indirect_light_of_the_furnace():
     """Radiance 1 is there, of which 0.5 is emitted and 0.25 reflected once."""
     furnace = ddgi.load_scene("furnace", size=SIZE)
-    found = LightTracer(PathTracer(furnace).scene).render(furnace.camera, 400, 0).picture
+    found = light_tracer_of(furnace).render(furnace.camera, 400, 0).picture
     assert found.mean() == pytest.approx(0.25, abs=0.005)
 
 
@@ -59,7 +64,7 @@ def test_sees_with_any_pinhole_camera(camera):
 
 def test_equal_seeds_give_equal_paths():
     scene = ddgi.load_scene("cornell-point", size=SIZE)
-    tracer = LightTracer(PathTracer(scene).scene)
+    tracer = light_tracer_of(scene)
     a, b, c = (tracer.render(scene.camera, 4, seed).picture for seed in (5, 5, 6))
     assert np.allclose(a, b, rtol=1e-3, atol=1e-6), "but for the order of sums"
     assert not np.allclose(a, c, rtol=1e-3, atol=1e-6)
@@ -67,7 +72,7 @@ def test_equal_seeds_give_equal_paths():
 
 def test_many_passes_are_the_mean_of_their_paths(monkeypatch):
     scene = ddgi.load_scene("cornell-point", size=SIZE)
-    tracer = LightTracer(PathTracer(scene).scene)
+    tracer = light_tracer_of(scene)
     whole = tracer.render(scene.camera, 200, 0).picture
     monkeypatch.setattr(light_tracer, "MOST_LANES", 5000)
     assert tracer.render(scene.camera, 200, 0).picture.mean() == pytest.approx(whole.mean(), rel=0.05)

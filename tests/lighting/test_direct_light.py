@@ -17,7 +17,8 @@ CLOSE = 1e-5
 
 def far_floor(**more):
     """Something to be a scene, out of the way."""
-    floor = {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([0, 0, -900])}
+    below = mi.ScalarTransform4f().translate([0, 0, -900]).scale([500, 500, 1])
+    floor = {"type": "rectangle", "to_world": below}
     return load({"type": "scene", "floor": floor, **more})
 
 
@@ -232,6 +233,31 @@ def test_every_point_converges_with_several_area_lights(count):
     # Independent samples would leave a spread of about 1.1 / sqrt(256) = 7 % with 4 lamps picked
     # in turn; a low-discrepancy sequence must do better, and no point may stay wrong.
     assert np.abs(total / frames / expected - 1).max() < 0.05
+
+
+@pytest.mark.parametrize("height", [0.03, 0.3])
+def test_a_lamp_close_above_a_floor_does_not_shade_it(height):
+    """Where coordinates are large, rays start far off their surface: not beyond the lamp they go to."""
+    half = height / 20
+    to_world = (
+        mi.ScalarTransform4f().translate([60, 60, height]).rotate([1, 0, 0], 180).scale([half, half, 1])
+    )
+    small_lamp = {"type": "rectangle", "to_world": to_world, "emitter": {"type": "area", "radiance": rgb(1)}}
+    scene = load(
+        {
+            "type": "scene",
+            "floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale([100, 100, 1])},
+            "lamp": small_lamp,
+        }
+    )
+    above = points(np.tile([60.0, 60.0, height / 2], (64, 1)))
+    surface = scene.tracer.intersect(
+        above, mi.Vector3f(0, 0, -1), dr.full(mi.Bool, True, 64), time=clock(0, 0), stream=PIXEL_LIGHT
+    )
+    got, _ = arriving(scene, surface, area="sampled")
+    # A small square straight above: its area over the squared distance; 1 % for coordinates of 60 in
+    # single precision, and the square's size.
+    assert got[:, 0] == pytest.approx(4 * half**2 / height**2, rel=0.01)
 
 
 def test_more_samples_less_noise():

@@ -101,7 +101,7 @@ def _spot_light(numbers: Numbers) -> dict[str, Any]:
     origin, target = numbers[:3], numbers[3:6]
     along = [abs(t - o) for o, t in zip(origin, target, strict=True)]
     up = [float(axis == along.index(min(along))) for axis in range(3)]  # the axis least along the view
-    place = mi.ScalarTransform4f().look_at(origin=list(origin), target=list(target), up=up)
+    place = mi.ScalarTransform4d().look_at(origin=list(origin), target=list(target), up=up)
     return {"type": "spot", "to_world": place, "intensity": _rgb(numbers[6:9]), "cutoff_angle": numbers[9]}
 
 

@@ -35,7 +35,8 @@ class Key:
     @classmethod
     def of(cls, scene: Scene, camera: Camera, folder: Path | None = None) -> Key:
         """Key of a view of a scene."""
-        text = f"ddgi {FORMAT}, mitsuba {version('mitsuba')}, {fingerprint(scene)}, {camera.fingerprint()}"
+        view = camera.fingerprint(scene.origin)
+        text = f"ddgi {FORMAT}, mitsuba {version('mitsuba')}, {fingerprint(scene)}, {view}"
         name = f"{scene.name}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.npz"
         width, height = camera.size
         return cls(text, (folder or default_folder()) / name, (height, width))

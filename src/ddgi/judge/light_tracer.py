@@ -39,9 +39,9 @@ def suits(scene: mi.Scene, camera: Camera) -> bool:
 class LightTracer:
     """Light that bounces at least twice between lamp and eye, without end to the bounces, box filter."""
 
-    def __init__(self, scene: mi.Scene) -> None:
-        """Trace in Mitsuba's scene."""
-        self._scene = scene
+    def __init__(self, scene: mi.Scene, origin: mi.Point3d) -> None:
+        """Trace in Mitsuba's scene, whose coordinates count from `origin`."""
+        self._scene, self._origin = scene, origin
 
     def render(self, camera: Camera, spp: int, seed: int) -> Samples:
         """Indirect light alone, from `spp` paths for every pixel. Equal seeds give equal paths."""
@@ -63,13 +63,20 @@ class LightTracer:
         ray, power, _ = self._scene.sample_emitter_ray(
             0.0, sampler.next_1d(), sampler.next_2d(), sampler.next_2d(), True
         )
-        _walk(self._scene, camera, sampler, mi.Ray3f(ray), mi.Color3f(power), film)
+        eye = camera.eye(self._origin)
+        _walk(self._scene, camera, eye, sampler, mi.Ray3f(ray), mi.Color3f(power), film)
         return np.array(film, np.float64).reshape(height, width, 3)
 
 
 @dr.syntax
 def _walk(
-    scene: mi.Scene, camera: Camera, sampler: mi.Sampler, ray: mi.Ray3f, power: mi.Color3f, film: mi.Float
+    scene: mi.Scene,
+    camera: Camera,
+    eye: mi.Point3f,
+    sampler: mi.Sampler,
+    ray: mi.Ray3f,
+    power: mi.Color3f,
+    film: mi.Float,
 ):
     """Follow paths; every surface but the first shows what it reflects to the camera."""
     context = mi.BSDFContext(mi.TransportMode.Importance)
@@ -78,7 +85,7 @@ def _walk(
         found = scene.ray_intersect(ray, active)
         active &= found.is_valid()
         bsdf = found.bsdf()
-        _show(scene, camera, context, found, bsdf, power, film, active & (depth > 0))
+        _show(scene, camera, eye, context, found, bsdf, power, film, active & (depth > 0))
         sample, weight = bsdf.sample(context, found, sampler.next_1d(active), sampler.next_2d(active), active)
         power *= mi.Color3f(weight) * _adjoint(found, sample.wo)
         ray = found.spawn_ray(found.to_world(sample.wo))
@@ -92,17 +99,17 @@ def _walk(
 
 
 def _show(
-    scene, camera: Camera, context, found, bsdf, power: mi.Color3f, film: mi.Float, active: mi.Bool
+    scene, camera: Camera, eye, context, found, bsdf, power: mi.Color3f, film: mi.Float, active: mi.Bool
 ) -> None:
     """Add to the pixel that sees a surface what it reflects there of `power` [W]."""
     width, height = camera.size
-    toward = camera.position - found.p
+    toward = eye - found.p
     x, y, ahead = _coordinates(camera, -toward)
     active &= (ahead > camera.near) & (x > -1) & (x < 1) & (y > -1) & (y < 1)
     distance = dr.norm(toward)
     wo = found.to_local(toward / distance)
     value = mi.Color3f(bsdf.eval(context, found, wo, active)) * _adjoint(found, wo)
-    shadow = found.spawn_ray_to(camera.position)
+    shadow = found.spawn_ray_to(eye)
     shadow.maxt *= 1 - camera.near / ahead  # what is nearer is cut away
     active &= dr.any(value > 0)
     active &= ~scene.ray_test(shadow, active)

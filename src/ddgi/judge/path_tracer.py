@@ -35,6 +35,7 @@ class PathTracer:
     def __init__(self, scene: Scene) -> None:
         """Build Mitsuba's scene."""
         self.scene = mi.parser.instantiate(mi.parser.ParserConfig(mi.variant()), scene.source)
+        self.origin = scene.tracer.origin
         # Only `volpath` lets light pass where surfaces are open: `path` casts full shadows there.
         kind = "volpath" if any(map(_may_be_open, self.scene.shapes())) else "path"
         self._all = mi.load_dict({"type": kind, "max_depth": -1})
@@ -66,7 +67,7 @@ class PathTracer:
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(seed, lanes)
         pixel = dr.arange(mi.UInt32, lanes) // dr.opaque(mi.UInt32, count)  # one kernel for all counts
-        origin, direction = camera_rays(camera, pixel, mi.Point2f(sampler.next_2d()))
+        origin, direction = camera_rays(camera, self.origin, pixel, mi.Point2f(sampler.next_2d()))
         ray = mi.RayDifferential3f(mi.Ray3f(origin, direction))
         radiance, _, _ = integrator.sample(self.scene, sampler, ray)
         dr.eval(radiance)  # once: each sum alone would trace the paths again

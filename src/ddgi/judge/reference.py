@@ -142,7 +142,7 @@ def _makers(tracer: PathTracer, camera: Camera) -> dict[Start, Maker]:
 
     if not light_tracer.suits(tracer.scene, camera):
         return {"camera": from_camera}
-    lamps = light_tracer.LightTracer(tracer.scene)
+    lamps = light_tracer.LightTracer(tracer.scene, tracer.origin)
 
     def from_lamps(spp: int, before: int) -> tuple[np.ndarray, np.ndarray]:
         seen = np.stack([direct(half, max(1, spp // DIRECT_SHARE["lamps"]), before) for half in range(2)])

@@ -145,8 +145,9 @@ def _add(out: Reflected, tracer, surface: Surface, light: LightSample, specular:
     # A bumped normal may see a light that the surface itself turns away from.
     outside = dr.dot(mi.Vector3f(surface.geometric_normal), light.direction) > 0
     active = surface.lit & (cosine > 0) & outside & (largest(light.power) > 0)
-    origin = offset_origin(surface.position, surface.geometric_normal, light.direction)
-    shadow_end = light.distance * (1 - 1e-3)
+    origin = offset_origin(surface, light.direction)
+    ahead = dr.dot(origin - surface.position, light.direction)  # or the ray might end behind a near lamp
+    shadow_end = (light.distance - ahead) * (1 - 1e-3)
     visible = tracer.visible(origin, light.direction, shadow_end, active)
     arriving = light.power * (at_least(cosine, 0) * visible)
     lobe = out.specular

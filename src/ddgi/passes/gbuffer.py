@@ -38,7 +38,7 @@ def gbuffer(
         within = sampling.low_discrepancy_2d(time, sampling.PIXEL, mi.UInt32(0), time.tick)
     if pixel is None:
         pixel = dr.arange(mi.UInt32, camera.size[0] * camera.size[1])
-    origin, direction = camera_rays(camera, pixel, within)
+    origin, direction = camera_rays(camera, tracer.origin, pixel, within)
     return tracer.intersect(
         origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
     )

@@ -24,7 +24,7 @@ from ddgi.probes import query
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
 from ddgi.sampling import Clock, low_discrepancy_2d
 from ddgi.settings_group import settings_group
-from ddgi.trace.surface import Surface, offset_origin
+from ddgi.trace.surface import Surface, matt_bounce
 
 
 @settings_group("contact")
@@ -75,8 +75,7 @@ def near_light(by: Illumination, surface: Surface, reach: float, stream: int) ->
     width = dr.width(surface.distance)
     length = by.vol.grid.smallest_spacing * reach
     sample = low_discrepancy_2d(by.time, stream, dr.arange(mi.UInt32, width), by.time.tick)
-    direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
-    origin = offset_origin(surface.position, surface.geometric_normal, direction)
+    origin, direction = matt_bounce(surface, sample)
     near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
     light = from_lamps(by, near, stream) + from_field(by, near)

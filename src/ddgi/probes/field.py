@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.backend import use_backend
+from ddgi.box import moved
 from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, region, volume, walls
 from ddgi.probes.volume import ProbeVolume
@@ -39,11 +40,16 @@ class IrradianceField:
         """
         use_backend()
         _check_contact(settings)
-        box = settings.grid.box or scene.box or region.find(scene.tracer, scene.cameras, scene.bounds)
-        if not all(a <= d and c <= b for a, b, c, d in zip(*box, *scene.bounds, strict=True)):
-            raise SettingsError(f"grid.box {box} lies wholly outside the scene, {scene.bounds}")
+        asked = settings.grid.box or scene.box
+        if asked and not all(a <= d and c <= b for a, b, c, d in zip(*asked, *scene.bounds, strict=True)):
+            raise SettingsError(f"grid.box {asked} lies wholly outside the scene, {scene.bounds}")
+        here = -scene.origin[0], -scene.origin[1], -scene.origin[2]
+        if asked:
+            box = moved(asked, here)
+        else:
+            box = region.find(scene.tracer, scene.cameras, moved(scene.bounds, here))
         seen = walls.find(scene.tracer, box) if settings.grid.margin is None else None
-        layout = grid.fit(box, settings.grid, seen)
+        layout = grid.fit(box, replace(settings.grid, box=None), seen)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
         vol = replace(vol, exponent=query.lookup_exponent(settings.query))
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))

@@ -20,7 +20,7 @@ from ddgi.probes import contact
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
 from ddgi.probes.rays import ProbeRays
 from ddgi.settings_group import settings_group
-from ddgi.trace.surface import Surface, offset_origin
+from ddgi.trace.surface import Surface, matt_bounce
 
 
 @settings_group("gather")
@@ -102,9 +102,8 @@ def _along_path(by: Illumination, surface: Surface) -> _Path:
         radiance += throughput * reflected(surface, from_lamps(by, surface, sampling.PROBE_LIGHT))
         throughput = dr.select(surface.lit, throughput * surface.albedo, mi.Color3f(0))
         sample = sampling.uniform_2d(by.time, sampling.PROBE_PATH, lane * last + (length - 1))
-        # Cosine-distributed directions: the cosine and the 1/pi of Lambert cancel against the density.
-        direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
-        origin = offset_origin(surface.position, surface.geometric_normal, direction)
+        # The cosine and the 1/pi of Lambert cancel against the density of the directions.
+        origin, direction = matt_bounce(surface, sample)
         surface = by.tracer.intersect(
             origin, direction, surface.lit, time=by.time, stream=sampling.PROBE_ALPHA
         )

@@ -9,6 +9,7 @@ import mitsuba as mi
 import numpy as np
 import numpy.typing as npt
 
+from ddgi.box import Point
 from ddgi.errors import SettingsError
 
 
@@ -24,7 +25,7 @@ class Camera:
     """
 
     name: str
-    position: mi.Point3f  # (1,) [m]
+    position: mi.Point3d  # (1,) in the coordinates of the scene's file [m]
     forward: mi.Vector3f  # (1,) unit
     right: mi.Vector3f  # (1,) half width of the picture at distance one
     up: mi.Vector3f  # (1,) half height of the picture at distance one
@@ -39,9 +40,15 @@ class Camera:
             and np.array_equal(self._numbers(), other._numbers())
         )
 
-    def fingerprint(self) -> str:
-        """The same for cameras that take the same picture, in every process."""
-        return f"{self.size} {self.orthographic} {self._numbers().astype(np.float32).tobytes().hex()}"
+    def fingerprint(self, origin: Point) -> str:
+        """The same for cameras that take the same picture of a scene with this origin, in every process."""
+        numbers = self._numbers()
+        numbers[:3] -= origin
+        return f"{self.size} {self.orthographic} {numbers.astype(np.float32).tobytes().hex()}"
+
+    def eye(self, origin: mi.Point3d) -> mi.Point3f:
+        """(1,) its position as counted from the origin of a scene (`Tracer.origin`) [m]."""
+        return mi.Point3f(self.position - origin)
 
     def _numbers(self) -> np.ndarray:
         parts = (self.position, self.forward, self.right, self.up, self.near)
@@ -62,12 +69,11 @@ def make_camera(
     """A camera from plain numbers; see `Camera` for their meaning and units."""
 
     def opaque(kind: type, values: npt.ArrayLike):
-        x, y, z = (dr.opaque(mi.Float, float(v)) for v in np.asarray(values, np.float64))
-        return kind(x, y, z)
+        return dr.opaque(kind, np.asarray(values, np.float64).tolist())
 
     return Camera(
         name=name,
-        position=opaque(mi.Point3f, position),
+        position=opaque(mi.Point3d, position),
         forward=opaque(mi.Vector3f, forward),
         right=opaque(mi.Vector3f, right),
         up=opaque(mi.Vector3f, up),
@@ -195,11 +201,14 @@ def _check_size(size: tuple[int, int]) -> None:
         raise SettingsError(f"a picture of {size[0]} x {size[1]} has more than {MOST_PIXELS:,} pixels")
 
 
-def camera_rays(camera: Camera, pixel: mi.UInt32, within: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
-    """Origin [m] and unit direction of rays through pixels.
+def camera_rays(
+    camera: Camera, origin: mi.Point3d, pixel: mi.UInt32, within: mi.Point2f
+) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Start [m], from the scene's origin, and unit direction of rays through pixels.
 
     Args:
         camera: Where the picture is taken from.
+        origin: (1,) of the scene, as its tracer has it.
         pixel: (N,) numbers of pixels, row by row from the top left.
         within: Place within the pixel in [0, 1)^2, (N,) or (1,).
     """
@@ -207,8 +216,8 @@ def camera_rays(camera: Camera, pixel: mi.UInt32, within: mi.Point2f) -> tuple[m
     row = pixel // width
     x = (mi.Float(pixel - row * width) + within.x) * (2 / width) - 1
     y = 1 - (mi.Float(row) + within.y) * (2 / height)
-    aside = x * camera.right + y * camera.up
+    aside, eye = x * camera.right + y * camera.up, camera.eye(origin)
     if camera.orthographic:
-        return camera.position + aside + camera.near * camera.forward, camera.forward + aside * 0
+        return eye + aside + camera.near * camera.forward, camera.forward + aside * 0
     reach = camera.forward + aside
-    return camera.position + camera.near * reach, dr.normalize(reach)
+    return eye + camera.near * reach, dr.normalize(reach)

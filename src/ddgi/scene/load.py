@@ -141,7 +141,8 @@ def _gltf(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) 
 
     notes = Notes()
     read = read_gltf(path, notes)
-    return replace(_described(path, read.description, notes, added, up, diffuse), rig=read.rig)
+    scene = _described(path, read.description, notes, added, up, diffuse, read.origin)
+    return replace(scene, rig=read.rig)
 
 
 def _obj(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
@@ -149,14 +150,15 @@ def _obj(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -
     from ddgi.scene.obj.description import read_obj
 
     notes = Notes()
-    return _described(path, read_obj(path, notes), notes, added, up, diffuse)
+    description, origin = read_obj(path, notes)
+    return _described(path, description, notes, added, up, diffuse, origin)
 
 
 def _ply(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.notes import Notes
     from ddgi.scene.ply import read_ply
 
-    return _described(path, read_ply(path), Notes(), added, up, diffuse)
+    return _described(path, read_ply(path), Notes(), added, up, diffuse, None)
 
 
 def _described(
@@ -166,15 +168,21 @@ def _described(
     added: AddedLights,
     up: np.ndarray | None,
     diffuse: bool,
+    origin: np.ndarray | None,
 ) -> Scene:
-    """The scene that a description made of a file stands for; +y is up unless the caller says."""
+    """The scene that a description made of a file stands for; +y is up unless the caller says.
+
+    `origin`: see `import_scene`.
+    """
     from ddgi.scene.mitsuba_scene import import_scene
     from ddgi.scene.plugin_tree import PluginTree
 
     up = np.array(AXES["y"]) if up is None else up
     try:
         tree = PluginTree.parse(description)
-        return import_scene(tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes)
+        return import_scene(
+            tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes, origin=origin
+        )
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from error
 

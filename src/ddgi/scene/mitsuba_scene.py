@@ -20,6 +20,7 @@ from ddgi.scene.named_lights import name_lights
 from ddgi.scene.notes import NO_LIGHT, Notes
 from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
+from ddgi.scene.recentre import movable, move, note_origin, origin_for
 from ddgi.scene.scene import Scene
 from ddgi.scene.sensors import CAMERAS, read_camera, sensor_up
 from ddgi.scene.shapes import Geometry, ShapeReader
@@ -45,6 +46,7 @@ def import_scene(
     box: Box | None = None,
     diffuse: bool = False,
     notes: Notes | None = None,
+    origin: np.ndarray | None = None,
 ) -> Scene:
     """Build the scene that a plugin tree describes; without a camera if it names none.
 
@@ -56,6 +58,8 @@ def import_scene(
         box: What probes should cover [m], if the scene's maker says.
         diffuse: Make every surface Lambertian, in the tree as well.
         notes: What was changed or left out before.
+        origin: (3,) what the tree counts from already, in the coordinates of its file; None: nothing
+            was moved, and a scene that lies far from the origin will be, in the tree as well.
 
     Raises:
         SceneError: An element cannot be used; the message names it.
@@ -64,15 +68,20 @@ def import_scene(
     tree.notes = notes
     replace_old_plugins(tree, notes)
     _clear_what_is_ours(tree, notes)
-    cameras, camera_up = _cameras(tree, notes)
+    moved = np.zeros(3) if origin is None else origin
+    cameras, camera_up = _cameras(tree, notes, moved)
     if up is None:
         up = nearest_axis(camera_up) if camera_up is not None else np.array([0.0, 1.0, 0.0])
     if added.has_environment:
         _drop_environment(tree, notes)
     if added:
-        tree.graft(added.description(up), "added by the caller")
+        move(tree, tree.graft(added.description(up), "added by the caller"), moved)
 
     geometry, emitters = _read(tree, name, notes)
+    if origin is None and (moved := _moved(tree, geometry, notes)).any():
+        unheard = Notes()  # all was said the first time
+        cameras, _ = _cameras(tree, unheard, moved)
+        geometry, emitters = _read(tree, name, unheard)
     if diffuse:
         geometry = make_lambertian(tree, geometry)
         notes.add("every surface taken as diffuse, in the path-traced picture as well")
@@ -83,9 +92,10 @@ def import_scene(
             emitters.add(tree.build(index))
 
     mi_scene = _assembled(geometry, emitters.environment)
-    bounds = _point(mi_scene.bbox().min), _point(mi_scene.bbox().max)
+    bounds = _point(np.ravel(mi_scene.bbox().min) + moved), _point(np.ravel(mi_scene.bbox().max) + moved)
     if not np.isfinite(bounds).all():
         raise SceneError(f"{name}: its bounding box is not finite")
+    note_origin(moved, notes)
     return Scene(
         name=name,
         mi_scene=mi_scene,
@@ -99,7 +109,23 @@ def import_scene(
         named_lights=name_lights(emitters, geometry),
         notes=notes.lines(),
         parsed=tree.state,
+        origin=_point(moved),
     )
+
+
+def _moved(tree: PluginTree, geometry: Geometry, notes: Notes) -> np.ndarray:
+    """(3,) the origin that the tree counts from now: another one where the scene was far from it."""
+    boxes = [shape.bbox() for _, shape in geometry.traced if shape.class_name() != "ShapeGroupPlugin"]
+    low = np.min([np.ravel(box.min) for box in boxes], 0)
+    high = np.max([np.ravel(box.max) for box in boxes], 0)
+    origin = origin_for(low, high)
+    if origin.any() and not movable(tree):
+        notes.add("far from the origin, and not moved, as some of it came as objects: it is inexact")
+        return np.zeros(3)
+    if origin.any():
+        move(tree, (child for _, child in tree.children(0) if isinstance(child, int)), origin)
+        tree.forget(mi.ObjectType.Shape, mi.ObjectType.Emitter, mi.ObjectType.Sensor)
+    return origin
 
 
 def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterReader]:
@@ -187,8 +213,8 @@ def _plain_film(properties: Any) -> Any:
     return film
 
 
-def _cameras(tree: PluginTree, notes: Notes) -> tuple[list[Camera], np.ndarray | None]:
-    """All cameras, and what the first one has for up."""
+def _cameras(tree: PluginTree, notes: Notes, origin: np.ndarray) -> tuple[list[Camera], np.ndarray | None]:
+    """All cameras, of a tree that counts from `origin`; and what the first one has for up."""
     cameras: list[Camera] = []
     up = None
     for key, child in tree.children(0):
@@ -197,13 +223,13 @@ def _cameras(tree: PluginTree, notes: Notes) -> tuple[list[Camera], np.ndarray |
                 notes.add(f"{tree.label(child)}: not a camera this package has, left out")
                 tree.drop(0, key)  # Mitsuba may have no such plugin either
                 continue
-            sensor = tree.build(child)
+            sensor, moved = tree.build(child), origin
         elif isinstance(child, mi.Sensor):
-            sensor = child
+            sensor, moved = child, np.zeros(3)  # what came as an object is where it was
         else:
             continue
         name = sensor.id() or f"camera-{len(cameras)}"
-        if (camera := read_camera(sensor, name, tree, notes)) is not None:
+        if (camera := read_camera(sensor, name, tree, notes, moved)) is not None:
             cameras.append(camera)
             up = sensor_up(sensor) if up is None else up
     return cameras, up

@@ -218,6 +218,11 @@ class PluginTree:
             self._node_of[id(built)] = index
         return built
 
+    def forget(self, *kinds: Any) -> None:
+        """Build nodes of these kinds (`mi.ObjectType`) anew when they are next asked for."""
+        for index in [index for index in self._built if self.kind(index) in kinds]:
+            del self._node_of[id(self._built.pop(index))]
+
     def _instantiated(self, index: int, node: Any) -> Any:
         """The object of one node whose children are built, without properties that its plugin lacks."""
         while True:

@@ -74,7 +74,10 @@ class Bendable:
 
 @dataclass(frozen=True)
 class Rig:
-    """Everything that can move."""
+    """Everything that can move, in the coordinates of the file.
+
+    What a `Scene` traces counts from its `origin`: as if a node moved by -origin were above all roots.
+    """
 
     nodes: tuple[RigNode, ...] = ()
     skins: tuple[Skin, ...] = ()

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ddgi.box import Box
+from ddgi.box import Box, Point, moved
 from ddgi.errors import SceneError
 from ddgi.lighting.lights import Lights
 from ddgi.scene.camera import Camera
@@ -24,6 +25,10 @@ class Scene:
     """Geometry, materials, lights and cameras, ready to trace.
 
     Built by `load_scene` from a file, a Mitsuba dictionary or the name of a built-in scene.
+
+    Cameras, `box` and `bounds` are in the coordinates of the file, as boxes in the settings are. What is
+    traced (`mi_scene`, `lights`, `source`, and the field) counts from `origin`, which is another place
+    than the file's own only where a scene lies far from that (`ddgi.scene.recentre`).
     """
 
     name: str
@@ -41,6 +46,7 @@ class Scene:
     notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
     rig: Rig | None = None  # what of a glTF file can move; None for others
     parsed: Any = None  # Mitsuba's parsed scene, all materials and lights in it; never built itself: `source`
+    origin: Point = (0.0, 0.0, 0.0)  # what is traced counts from here: a place in the file's coordinates [m]
 
     def __repr__(self) -> str:
         cameras = ", ".join(c.name for c in self.cameras)
@@ -49,11 +55,17 @@ class Scene:
     @property
     def bounds(self) -> Box:
         """(low, high) corner of the box around all geometry and the box of interest [m]."""
-        bounds = self.mi_scene.bbox()
-        low, high = np.ravel(bounds.min), np.ravel(bounds.max)
+        low, high = np.array(moved(self._traced_bounds, self.origin))
         if self.box is not None:
             low, high = np.minimum(low, self.box[0]), np.maximum(high, self.box[1])
         return tuple(low.tolist()), tuple(high.tolist())
+
+    @property
+    def _traced_bounds(self) -> Box:
+        """The box around all geometry, from `origin`."""
+        bounds = self.mi_scene.bbox()
+        (a, b, c), (d, e, f) = np.ravel(bounds.min).tolist(), np.ravel(bounds.max).tolist()
+        return (a, b, c), (d, e, f)
 
     @property
     def source(self) -> Any:
@@ -66,7 +78,13 @@ class Scene:
     @property
     def tracer(self) -> MeshTracer:
         """What traces rays through this scene."""
-        return MeshTracer(self.mi_scene, self.materials)
+        extent = float(np.abs(self._traced_bounds).max())
+        return MeshTracer(
+            self.mi_scene,
+            self.materials,
+            dr.opaque(mi.Point3d, list(self.origin)),
+            dr.opaque(mi.Float, extent),
+        )
 
     @property
     def camera(self) -> Camera:

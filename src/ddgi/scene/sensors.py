@@ -18,8 +18,17 @@ CAMERAS = ("perspective", "thinlens", "orthographic")
 """Plugins that are cameras to us."""
 
 
-def read_camera(sensor: mi.Sensor, name: str, tree: PluginTree, notes: Notes) -> Camera | None:
+def read_camera(
+    sensor: mi.Sensor, name: str, tree: PluginTree, notes: Notes, origin: np.ndarray
+) -> Camera | None:
     """The camera that a sensor is; None, with a note, for one that is not of `CAMERAS`.
+
+    Args:
+        sensor: Whose transform counts from `origin`.
+        name: What to call the camera.
+        tree: What the sensor was built from.
+        notes: Takes what is not as in the file.
+        origin: (3,) in the coordinates of the file.
 
     Raises:
         SceneError: Its transform is not finite.
@@ -44,12 +53,12 @@ def read_camera(sensor: mi.Sensor, name: str, tree: PluginTree, notes: Notes) ->
         # Rays start on the near plane: slide them back to the sensor's own.
         start, edge_x, edge_y = (o - axis * ((o - position) @ axis) for o, _ in (middle, right, top))
         return make_camera(
-            name, start, axis, edge_x - start, edge_y - start, size, near=near, orthographic=True
+            name, origin + start, axis, edge_x - start, edge_y - start, size, near=near, orthographic=True
         )
     # At distance one along the optical axis, then scaled so that the middle ray is the unit vector.
     center, edge_x, edge_y = (d / (d @ axis) for _, d in (middle, right, top))
     forward, across, upward = (v / np.linalg.norm(center) for v in (center, edge_x - center, edge_y - center))
-    return make_camera(name, position, forward, across, upward, size, near=near)
+    return make_camera(name, origin + position, forward, across, upward, size, near=near)
 
 
 def sensor_up(sensor: mi.Sensor) -> np.ndarray:

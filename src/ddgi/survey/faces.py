@@ -20,7 +20,6 @@ from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
 from ddgi.trace.materials import Materials
-from ddgi.trace.mesh import MeshTracer
 from ddgi.trace.surface import offset_origin
 
 PATHS = 16384
@@ -34,7 +33,7 @@ class Faces:
     """What N rays met, as arrays of N."""
 
     hit: np.ndarray  # bool: something; the rest is meaningless where not
-    position: np.ndarray  # (N, 3) [m]
+    position: np.ndarray  # (N, 3) in the coordinates of the scene's file [m]
     normal: np.ndarray  # (N, 3) unit, geometric, on the side the ray came from
     distance: np.ndarray  # along the ray [m]
     behind: np.ndarray  # bool: seen from behind, whether the material has two sides or not
@@ -66,7 +65,7 @@ def met(scene: Scene) -> list[Faces]:
         `SURFACES` entries of `PATHS` rays for each camera, one camera after the other.
     """
     # All cameras at once: scenes with instances are slow to record, and need be only once.
-    starts = [_pixel_rays(camera) for camera in scene.cameras]
+    starts = [_pixel_rays(camera, scene.tracer.origin) for camera in scene.cameras]
     origin = mi.Point3f(np.concatenate([o for o, _ in starts], 1))
     direction = mi.Vector3f(np.concatenate([d for _, d in starts], 1))
     active = dr.opaque(mi.Bool, True, PATHS * len(starts))
@@ -74,27 +73,27 @@ def met(scene: Scene) -> list[Faces]:
     for surface in range(SURFACES):
         dr.eval(origin, direction, active)  # so that all surfaces share one kernel
         found, origin, direction, active = _meet(scene, origin, direction, active, sampling.clock(0, surface))
-        out.append(found)
+        out.append(replace(found, position=found.position + np.array(scene.origin)))
     return out
 
 
-def _pixel_rays(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+def _pixel_rays(camera: Camera, origin: mi.Point3d) -> tuple[np.ndarray, np.ndarray]:
     """Origins and directions, (3, N), through pixels all over the picture."""
     lane = dr.arange(mi.UInt32, PATHS)
     along = sampling.low_discrepancy(sampling.clock(0, 0), sampling.SURVEY, mi.UInt32(0), lane)
     pixel = mi.UInt32(along * (camera.size[0] * camera.size[1]))
-    origin, direction = camera_rays(camera, pixel, mi.Point2f(0.5))
-    return np.array(origin), np.array(direction)
+    start, direction = camera_rays(camera, origin, pixel, mi.Point2f(0.5))
+    return np.array(start), np.array(direction)
 
 
 def _meet(scene: Scene, origin, direction, active, time: Clock):
     """What rays meet, and the rays that go on from there as light leaves a matt surface."""
-    turned = MeshTracer(scene.mi_scene, _single_sided(scene.materials))
+    turned = replace(scene.tracer, materials=_single_sided(scene.materials))
     stream = sampling.SURVEY_ALPHA
     surface = scene.tracer.intersect(origin, direction, active, time=time, stream=stream)
     behind = turned.intersect(origin, direction, active, time=time, stream=stream).back
     inwards = -mi.Vector3f(surface.geometric_normal)
-    inside = offset_origin(surface.position, surface.geometric_normal, inwards)
+    inside = offset_origin(surface, inwards)
     beyond = turned.intersect(inside, inwards, surface.valid, time=time, stream=stream)
     found = (
         surface.valid,
@@ -109,7 +108,7 @@ def _meet(scene: Scene, origin, direction, active, time: Clock):
     lane = dr.arange(mi.UInt32, dr.width(origin))
     sample = sampling.uniform_2d(time, sampling.SURVEY, lane)
     onward = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
-    start = offset_origin(surface.position, surface.geometric_normal, onward)
+    start = offset_origin(surface, onward)
     dr.eval(found, start, onward, surface.lit)  # at once: each use alone would trace the rays again
     return Faces(*(_column(array, dr.width(origin)) for array in found)), start, onward, surface.lit
 

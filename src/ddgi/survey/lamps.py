@@ -25,7 +25,7 @@ class Lamp:
     name: str
     kind: str  # "point", "spot", "directional", "area" or "environment"
     shines: bool
-    position: Point | None  # [m], of area lights the middle; None for those at infinity
+    position: Point | None  # as in the file [m], of area lights the middle; None for those at infinity
     outside: bool  # wholly, more than a cell outside the volume
 
 
@@ -38,6 +38,7 @@ def _lamp(scene: Scene, volume: Volume, light: NamedLight) -> Lamp:
     output, middle, radius = _numbers(scene, light)
     position, outside = None, False
     if middle is not None:
+        middle = middle + np.array(scene.origin)
         x, y, z = middle.tolist()
         position, outside = (x, y, z), bool(volume.outside(middle, radius))
     return Lamp(light.name, light.kind, bool(output > 0), position, outside)

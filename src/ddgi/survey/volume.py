@@ -20,7 +20,7 @@ class Volume:
     source: str  # of its box: "settings", "scene", "cameras", or "bounds" where those see nothing
     counts: tuple[int, int, int]
     spacing: Point  # [m]
-    box: Box  # first and last probe [m]
+    box: Box  # first and last probe, in the coordinates of the scene's file [m]
     probes: int
     bytes_per_probe: int  # both maps (MFF eq. 4.1)
     bytes: int  # of all maps
@@ -49,7 +49,7 @@ def fitted(scene: Scene, settings: RenderSettings, blind: bool) -> Volume:
         SettingsError: It is impossible, lies outside the scene or is too large.
     """
     grid = IrradianceField.fit(scene, settings).volumes[0].grid
-    first, spacing = np.ravel(grid.origin).astype(float), np.ravel(grid.spacing).astype(float)
+    first, spacing = np.ravel(grid.origin) + np.array(scene.origin), np.ravel(grid.spacing).astype(float)
     last = first + spacing * (np.array(grid.counts) - 1)
     each = bytes_per_probe(settings.volume)
     return Volume(

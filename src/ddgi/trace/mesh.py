@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from ddgi.extrema import largest
 from ddgi.sampling import Clock, uniform_2d
 from ddgi.trace.materials import Materials, lookup, lookup_opacity
-from ddgi.trace.surface import Surface
+from ddgi.trace.surface import Surface, slack
 from ddgi.trace.vertex_colors import Corner
 
 MAX_LAYERS = 32
@@ -23,6 +22,8 @@ class MeshTracer:
 
     scene: mi.Scene
     materials: Materials
+    origin: mi.Point3d  # (1,) see `Tracer`
+    extent: mi.Float  # (1,) the largest coordinate in the scene [m]
 
     def intersect(
         self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None
@@ -59,6 +60,7 @@ class MeshTracer:
         valid = si.is_valid()
         row = _row(si)
         material = lookup(self.materials, row, si.uv, valid, corner)
+        position = dr.select(valid, si.p, mi.Point3f(0))
         up = mi.Normal3f(0, 0, 1)
         # Vertex normals, where a mesh has them, say which side is its front; the winding need not agree.
         shading = si.sh_frame.n
@@ -73,7 +75,8 @@ class MeshTracer:
             front=valid & front,
             back=back,
             distance=si.t + skipped,
-            position=dr.select(valid, si.p, mi.Point3f(0)),
+            position=position,
+            slack=slack(position, self.extent),
             normal=dr.select(valid, mi.Normal3f(shading * flip), up),
             geometric_normal=dr.select(valid, mi.Normal3f(outward * flip), up),
             to_viewer=-direction,
@@ -90,7 +93,7 @@ class MeshTracer:
         si, corner = self._hit(ray, mi.RayFlags.UV, False, active)
         hit = active & si.is_valid()
         opacity = lookup_opacity(self.materials, _row(si), si.uv, hit, corner)
-        step = si.t + mi.math.RayEpsilon * (1 + largest(dr.abs(si.p)))
+        step = si.t + slack(si.p, self.extent)
         return hit, step, opacity
 
     def _pass_through(self, origin, direction, active, time, stream):

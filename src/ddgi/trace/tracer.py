@@ -13,6 +13,8 @@ from ddgi.trace.surface import Surface
 class Tracer(Protocol):
     """Closest hits and visibility."""
 
+    origin: mi.Point3d  # (1,) what positions count from, in the coordinates of the scene's file [m]
+
     def intersect(
         self,
         origin: mi.Point3f,
@@ -27,7 +29,7 @@ class Tracer(Protocol):
         """Closest surface along each ray.
 
         Args:
-            origin: (N,) [m].
+            origin: (N,) [m], from the tracer's own `origin` like all positions here.
             direction: (N,) unit vectors.
             active: (N,) other lanes come back as misses.
             time: Random source for surfaces that let part of the light through.

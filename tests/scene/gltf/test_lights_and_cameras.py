@@ -101,7 +101,7 @@ def corner_rays(camera):
     """Origins and directions through the middles of the four outermost pixels."""
     width, height = camera.size
     pixels = mi.UInt32([0, width - 1, width * (height - 1), width * height - 1])
-    origin, direction = camera_rays(camera, pixels, mi.Point2f(0.5))
+    origin, direction = camera_rays(camera, mi.Point3d(0), pixels, mi.Point2f(0.5))
     return np.array(origin).T, np.array(direction).T
 
 

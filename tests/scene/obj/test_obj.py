@@ -43,7 +43,7 @@ def area(positions, faces):
 def materials(tmp_path, mtl, obj=SQUARE + "mtllib a.mtl\nusemtl m\nf 1 2 3 4\n", notes=None):
     """BSDF, and the shape, of a square with a material."""
     written(tmp_path, mtl, "a.mtl")
-    plugins = read_obj(written(tmp_path, obj), notes or Notes())
+    plugins, _ = read_obj(written(tmp_path, obj), notes or Notes())
     return plugins["_material-0"], next(p for k, p in plugins.items() if k.startswith("_shape"))
 
 

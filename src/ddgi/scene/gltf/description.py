@@ -13,6 +13,7 @@ from ddgi.scene.gltf import cameras, lights
 from ddgi.scene.gltf.accessors import Accessors
 from ddgi.scene.gltf.buffers import Views
 from ddgi.scene.gltf.document import REFINEMENTS, UNDERSTOOD, Container, read_container
+from ddgi.scene.gltf.extent import extent
 from ddgi.scene.gltf.images import Images
 from ddgi.scene.gltf.materials import Materials
 from ddgi.scene.gltf.motion import read_clips, read_skins
@@ -23,6 +24,7 @@ from ddgi.scene.gltf.schema import Document
 from ddgi.scene.gltf.shapes import ShapeBuilder
 from ddgi.scene.gltf.textures import Textures
 from ddgi.scene.notes import Notes
+from ddgi.scene.recentre import origin_for
 from ddgi.scene.rig import Rig, RigNode
 
 
@@ -31,7 +33,8 @@ class Described:
     """A glTF file, ready for Mitsuba's parser."""
 
     description: dict[str, Any]
-    rig: Rig
+    origin: np.ndarray  # (3,) the place in the file's coordinates that those in the description count from
+    rig: Rig  # in the file's coordinates
 
 
 def read_gltf(path: Path, notes: Notes) -> Described:
@@ -59,17 +62,19 @@ def _described(container: Container, notes: Notes) -> Described:
     accessors = Accessors(document, views)
     made = Textures(document, Images(container, views), notes)
     materials = Materials(document, made, notes)
-    nodes = placed_nodes(document)
     skins, clips = read_skins(document, accessors), read_clips(document, accessors, notes)
+    primitives = PrimitiveReader(accessors, views)
+    nodes = placed_nodes(document, np.zeros(3))
+    origin = origin_for(*extent(document, nodes, accessors, primitives, skins))
+    if origin.any():
+        nodes = placed_nodes(document, origin)
     worlds = {placed.index: placed.world for placed in nodes}
     names = Names()
     things = _Things(document, notes, names)
     for placed in nodes:  # before shapes: people call lights and cameras by their names
         if placed.visible:
             things.add(placed)
-    builder = ShapeBuilder(
-        document, accessors, PrimitiveReader(accessors, views), materials, skins, worlds, notes, names
-    )
+    builder = ShapeBuilder(document, accessors, primitives, materials, skins, worlds, notes, names)
     shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
     _note_geometry(builder, notes)
     if clips:
@@ -78,7 +83,7 @@ def _described(container: Container, notes: Notes) -> Described:
         "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
     }  # fmt: skip
     rig = Rig(_rig_nodes(document, shapes, things), skins, clips, builder.bendable)
-    return Described(description, rig)
+    return Described(description, origin, rig)
 
 
 class _Things:

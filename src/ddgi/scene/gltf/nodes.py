@@ -27,15 +27,21 @@ class Placed:
         return self.node.name or f"node-{self.index}"
 
 
-def placed_nodes(document: Document) -> list[Placed]:
+def placed_nodes(document: Document, origin: np.ndarray) -> list[Placed]:
     """The nodes of the default scene, parents before children; without any scene, of all root nodes.
+
+    Args:
+        document: The file.
+        origin: (3,) the place in the file's coordinates that theirs count from.
 
     Raises:
         SceneError: Nodes form a circle, have two parents, or a transform is not usable.
     """
     parents = parents_of(document)
     placed: list[Placed] = []
-    waiting = [(index, np.eye(4), True) for index in reversed(_roots(document, parents))]
+    outside = np.eye(4)
+    outside[:3, 3] = -origin
+    waiting = [(index, outside, True) for index in reversed(_roots(document, parents))]
     while waiting:  # no recursion: chains may be thousands long
         index, parent_world, visible = waiting.pop()
         node = document.nodes[index]

@@ -16,14 +16,18 @@ from ddgi.scene.obj.geometry import Piece, read_pieces
 from ddgi.scene.obj.materials import Materials
 from ddgi.scene.obj.mtl import Material, read_materials
 from ddgi.scene.obj.statements import Statement, read_statements
+from ddgi.scene.recentre import origin_for
 
 
-def read_obj(path: Path, notes: Notes) -> dict[str, Any]:
+def read_obj(path: Path, notes: Notes) -> tuple[dict[str, Any], np.ndarray]:
     """Read an .obj file and the .mtl files that it names.
 
     Args:
         path: The file; others that it names must lie in its folder.
         notes: Takes what was changed or left out.
+
+    Returns:
+        The description, and (3,) the place in the file's coordinates that it counts from.
 
     Raises:
         SceneError: It cannot be used; the message names the file and the line.
@@ -31,7 +35,13 @@ def read_obj(path: Path, notes: Notes) -> dict[str, Any]:
     try:
         statements = read_statements(path)
         pieces = read_pieces(path, statements, notes)
-        return _described(pieces, _materials(path, statements, notes), notes)
+        origin = origin_for(
+            np.min([piece.positions.min(0) for piece in pieces], 0),
+            np.max([piece.positions.max(0) for piece in pieces], 0),
+        )
+        for piece in pieces:
+            piece.positions = piece.positions - origin
+        return _described(pieces, _materials(path, statements, notes), notes), origin
     except SceneError as error:  # what the file says is in it
         raise SceneError("".join(c if c.isprintable() else " " for c in str(error))) from error
 

@@ -47,7 +47,8 @@ def find(scene: Scene) -> Viewpoint:
     else:
         where, view = dark[0]
     digits = DIGITS - math.floor(math.log10(np.linalg.norm(view.target - view.place)))
-    look = [round(float(x), digits) + 0.0 for x in (*view.place, *view.target)]
+    there = np.array(scene.origin)  # rays count from it, users do not
+    look = [round(float(x), digits) + 0.0 for x in (*(view.place + there), *(view.target + there))]
     camera = look_at(look[:3], look[3:], scene.up, fov=view.fov, size=SIZE, name="found")
     notes = [
         f"no camera in the scene: one chosen {where}, as by --look {','.join(f'{x:.15g}' for x in look)}"
@@ -80,11 +81,11 @@ def pivot(scene: Scene, target: Sequence[float] | None = None) -> np.ndarray:
         target: (3,) [m]; by default the middle of all that is no ground and no dome.
     """
     up, shapes = np.array(scene.up), outlines(scene.mi_scene)
-    position = np.array(scene.camera.position, np.float64).reshape(1, 3)
-    here = survey(scene.tracer, position, up, far_off(near_shapes(shapes, SEEDS)))
+    there, position = np.array(scene.origin), np.array(scene.camera.position, np.float64).ravel()
+    here = survey(scene.tracer, (position - there)[None], up, far_off(near_shapes(shapes, SEEDS)))
     if here.walls[0] >= WALLS:
-        return position[0]
+        return position
     if target is not None:
         return np.array(target, np.float64)
     body = without_backdrop(shapes, up)
-    return 0.5 * (body.min(0) + body.max(0))
+    return there + 0.5 * (body.min(0) + body.max(0))
