@@ -9,6 +9,7 @@ import pytest
 import ddgi
 from ddgi.errors import SettingsError
 from ddgi.scene.camera import turned, with_size
+from ddgi.scene.viewpoint import pivot
 from ddgi.scene.viewpoint.around import ELEVATIONS, FOV, MARGIN, orbit
 from probing import diffuse, load, rgb, small
 
@@ -238,6 +239,22 @@ def test_a_larger_copy_is_seen_alike(inside):
     one, large = made(1.0), made(1000.0)
     np.testing.assert_allclose(numbers(large.position) / 1000, numbers(one.position), atol=2e-3)
     np.testing.assert_allclose(numbers(large.forward), numbers(one.forward), atol=2e-3)
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_copy_far_away_is_seen_alike(inside):
+    """And a turntable of it goes around the same place in it."""
+
+    def made(x):
+        if inside:
+            return furnished(offset=(x, 0, 0), lamp=lamp(x + 3, 2.3, 2))
+        return chosen(*(box(*t, albedo=0.3) for t in TABLES), offset=(x, 0, 0))
+
+    one, far = made(0.0), made(16384.0)
+    away = np.array([16384.0, 0, 0])
+    np.testing.assert_allclose(numbers(far.camera.position) - away, numbers(one.camera.position), atol=2e-3)
+    np.testing.assert_allclose(numbers(far.camera.forward), numbers(one.camera.forward), atol=2e-3)
+    np.testing.assert_allclose(pivot(far) - away, pivot(one), atol=2e-3)
 
 
 def test_the_same_scene_gets_the_same_camera():
