@@ -139,7 +139,7 @@ def quality() -> Any:
     for view in (*CLOSED, *LARGE):
         pictures = "compare" if view.scene in PICTURED else None
         both = trials("default") + trials("fine", preset="fine")
-        rows += judged([view], both, rivals=True, pictures=pictures, seconds=0)
+        rows += judged([view], both, rivals=True, pictures=pictures)
     return rows
 
 
