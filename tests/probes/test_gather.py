@@ -113,7 +113,7 @@ def test_misses_are_infinitely_far_and_see_the_environment():
 
 def test_hits_reflect_direct_light():
     """Point light in the middle of a room: rho I cos / (pi d^2), first update, field still black."""
-    s = small()
+    s = small(contact_hits=0.0)
     scene = load(room(diffuse(0.8), light={"type": "point", "position": [0.1, 0, 0], "intensity": rgb(2.0)}))
     rays, found = brought_back(scene, inside(s), s)
     o, d = by_ray(rays.origin, s), by_ray(rays.direction, s)
