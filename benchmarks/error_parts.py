@@ -4,7 +4,8 @@
 
 Each row keeps the ideal parts of the rows above it:
 
-- noise: 512 rays a probe;
+- noise: 256 rays a probe;
+- near: light from what is near in every pixel and hit, not in one of four;
 - angles: 32 x 32 irradiance and 64 x 64 distance texels;
 - feedback: full paths of 12 surfaces per probe ray, in place of last frame's field;
 - visibility: a ray from every probe to every pixel's point, in place of the Chebyshev bound;
@@ -32,12 +33,14 @@ VIEWS = (
     View("statue-box", materials="diffuse", size=(240, 135)),
 )
 FRAMES = 32
-NOISE = "rays.per_probe=512"
-ANGLES = f"{NOISE}; volume.irradiance_size=32; volume.distance_size=64"
+NOISE = "rays.per_probe=256"
+NEAR = f"{NOISE}; contact.every=1"
+ANGLES = f"{NEAR}; volume.irradiance_size=32; volume.distance_size=64"
 PATHS = f"{ANGLES}; gather.bounces=path; gather.path_length=12"
 STEPS = {
     "default": "",
     "noise": NOISE,
+    "near": NEAR,
     "angles": ANGLES,
     "feedback": PATHS,
 }

@@ -30,10 +30,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
 
 
 def quality(rows: Rows) -> str:
-    """A scene a row: error, rivals, reference."""
+    """A scene a row: error, rivals, the preset for stills, reference."""
     head = (
         "scene", "materials", "size", "FLIP", "p99", "luminance", "rel. MSE", "one frame", "rival, frame", "rival, still",
-        "reference", "valid",
+        "fine", "luminance", "reference", "valid",
     )  # fmt: skip
     return table(head, map(_quality_row, rows))
 
@@ -43,9 +43,11 @@ def _quality_row(r: dict[str, Any]) -> Sequence[Any]:
     told = [f"{x['flip_mean']:.3f} ({x['spp']} spp)" if x else "-" for x in rivals]
     better = rivals[0] is not None and r["frame_flip_mean"] < rivals[0]["flip_mean"]
     one = f"**{r['frame_flip_mean']:.3f}**" if better else f"{r['frame_flip_mean']:.3f}"
+    fine = r["configurations"]["fine"]
     return (
         r["name"], r["materials"], "×".join(map(str, r["size"])), f"{r['flip_mean']:.3f}", f"{r['flip_p99']:.2f}",
         f"{100 * r['luminance_error']:+.1f} %", f"{r['rel_mse']:.4f}", one, *told,
+        f"{fine['flip_mean']:.3f}", f"{100 * fine['luminance_error']:+.1f} %",
         f"{r['reference_spp']:,} from the {r['reference_start']}, {r['reference_flip']:.3f}",
         f"yes, for {r['target']:g}" if r["valid"] else f"**no**, for {r['target']:g}",
     )  # fmt: skip

@@ -134,11 +134,12 @@ PICTURED = ("statue-box", "cathedral", "living-room")
 
 
 def quality() -> Any:
-    """Every scene with the default, beside a path tracer of equal time."""
+    """Every scene with the default, beside a path tracer of equal time, and with the preset for stills."""
     rows = []
     for view in (*CLOSED, *LARGE):
         pictures = "compare" if view.scene in PICTURED else None
-        rows += judged([view], trials("default"), rivals=True, pictures=pictures)
+        both = trials("default") + trials("fine", preset="fine")
+        rows += judged([view], both, rivals=True, pictures=pictures)
     return rows
 
 
@@ -217,6 +218,12 @@ CONSTANTS = (
     "warm-up of 8: blend.warm_up=8",
     "two surfaces a path: gather.path_length=2",
     "16² irradiance: volume.irradiance_size=16",
+    "no contact: contact.pixels=0; contact.hits=0",
+    "contact of hits alone: contact.pixels=0",
+    "contact in every pixel and hit: contact.every=1",
+    "contact within half a spacing: contact.pixels=0.5; contact.hits=0.5",
+    "contact within two spacings: contact.pixels=2; contact.hits=2",
+    "16² radiance: volume.radiance_size=16",
     "64 rays: rays.per_probe=64",
 )
 

@@ -190,6 +190,7 @@ def surface_at(
     viewer = normal if viewer is None else np.broadcast_to(np.asarray(viewer, np.float64), (n, 3))
     return Surface(
         valid=dr.full(mi.Bool, True, n),
+        front=dr.full(mi.Bool, True, n),
         back=dr.full(mi.Bool, False, n),
         distance=dr.full(mi.Float, 1, n),
         position=points(position),

@@ -11,11 +11,14 @@ import numpy as np
 
 from ddgi.backend import use_backend
 from ddgi.errors import SettingsError
+from ddgi.extrema import at_least
 from ddgi.lighting.lights import Lights
 from ddgi.passes import picture as pictures
 from ddgi.passes.gbuffer import gbuffer
+from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import Picture, accumulate
 from ddgi.passes.shade import shade
+from ddgi.probes.bounce import Illumination
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
 from ddgi.replay import Replayed
@@ -49,7 +52,8 @@ class Frame:
     @property
     def layers(self) -> dict[str, mi.TensorXf]:
         """The layers by name, (H, W, channels); empty unless `picture.layers` is set."""
-        return {name: self._tensor(x, pictures.CHANNELS[name]) for name, x in self.picture.layers.items()}
+        shown = {n: at_least(x, 0) if n in pictures.FROM_FIELD else x for n, x in self.picture.layers.items()}
+        return {name: self._tensor(x, pictures.CHANNELS[name]) for name, x in shown.items()}
 
     @property
     def non_finite(self) -> int:
@@ -90,19 +94,45 @@ def render_frame(
         SettingsError: The field was fitted for other `volume` settings or another
             `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1.
     """
+    time = _time(field, tick, settings)
+    field = advance()(settings, scene.tracer, scene.lights, field, time)
+    return field, _exposed(scene, field, camera, time, settings, previous)
+
+
+def render_view(
+    scene: Scene,
+    field: IrradianceField,
+    camera: Camera,
+    tick: int,
+    settings: RenderSettings,
+    previous: Frame | None = None,
+) -> Frame:
+    """Light a camera's pixels with a field as it is. Arguments and errors as of `render_frame`."""
+    return _exposed(scene, field, camera, _time(field, tick, settings), settings, previous)
+
+
+def _time(field: IrradianceField, tick: int, settings: RenderSettings) -> Clock:
+    """The clock of a frame; what cannot be rendered is refused."""
     use_backend()
     if not isinstance(tick, int) or not 0 <= tick < 2**32:
         raise SettingsError(f"tick must be a whole number from 0 to 2^32 - 1, not {tick!r}")
     field.check(settings)
-    time = clock(settings.seed, tick)
-    tracer = scene.tracer
-    field = advance()(settings, tracer, scene.lights, field, time)
+    return clock(settings.seed, tick)
+
+
+def _exposed(
+    scene: Scene,
+    field: IrradianceField,
+    camera: Camera,
+    time: Clock,
+    settings: RenderSettings,
+    previous: Frame | None,
+) -> Frame:
     if previous is not None and _goes_on(previous, camera, settings):
         before = previous.picture
     else:
         before = pictures.empty(camera.size, settings.picture)
-    picture = expose()(settings, tracer, scene.lights, field, camera, time, before)
-    return field, Frame(camera, picture)
+    return Frame(camera, expose()(settings, scene.tracer, scene.lights, field, camera, time, before))
 
 
 def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:
@@ -133,17 +163,9 @@ def take_picture(
 ) -> Picture:
     """Light what the camera sees, and add it to the picture so far."""
     surface = gbuffer(tracer, camera, time, s.gbuffer)
+    by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
+    near = nearby(by, camera, surface, s.gbuffer, s.contact)
     shaded = shade(
-        tracer,
-        lights,
-        field,
-        surface,
-        tracer.materials.any_specular,
-        time,
-        s.direct,
-        s.volume,
-        s.query,
-        s.gather,
-        s.contact,
+        tracer, lights, field, surface, tracer.materials.any_specular, time, s.direct, s.volume, s.query, near
     )
     return accumulate(previous, surface, shaded, s.picture)

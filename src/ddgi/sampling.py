@@ -28,7 +28,8 @@ import mitsuba as mi
     PROBE_CONTACT,
     SURVEY,
     SURVEY_ALPHA,
-) = range(15)
+    VIEWPOINT,
+) = range(16)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 

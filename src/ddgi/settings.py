@@ -49,7 +49,7 @@ class RenderSettings:
 _default = RenderSettings()
 
 # The published systems blend from the second update on, read four texels per map, and leave
-# emitters to the probes' rays; each then differs as its own text says.
+# emitters to the probes' rays; light between near things is ours. Each then differs as its own text says.
 _published = replace(
     _default,
     gather=replace(_default.gather, taps="bilinear"),
@@ -58,6 +58,8 @@ _published = replace(
         _default.query, sqrt_blending=False, wrap_offset=0.2, visibility_floor=0.05, bias_scale=0.3
     ),
     direct=replace(_default.direct, area="field", environment="field"),
+    volume=replace(_default.volume, radiance_size=0),
+    contact=contact.Settings(pixels=0.0, hits=0.0),
 )
 
 _scale = replace(
@@ -119,12 +121,11 @@ _classic = replace(
     query=replace(_published.query, visibility=False, wrap="off", crush=0.0, bias="off"),
 )
 
-# For stills: each ray's light takes one more bounce before the field, so that less is lost between
-# things finer than the probes, and twice the rays make up for the noise that brings.
+# For stills: light between things finer than the probes, and half the noise's variance.
 _fine = replace(
     _default,
     rays=replace(_default.rays, per_probe=256),
-    gather=replace(_default.gather, path_length=2),
+    contact=replace(_default.contact, every=1),
 )
 
 PRESETS: dict[str, RenderSettings] = {

@@ -29,7 +29,13 @@ class Still:
         return median(self.milliseconds[len(self.milliseconds) // 2 :])
 
 
-def still(scene: Scene, s: RenderSettings, frames: int, step: Callable[[], object]) -> Still:
+def still(
+    scene: Scene,
+    s: RenderSettings,
+    frames: int,
+    step: Callable[[], object],
+    field: IrradianceField | None = None,
+) -> Still:
     """Render frames of a scene's first camera, with a field that starts from nothing.
 
     Args:
@@ -37,11 +43,12 @@ def still(scene: Scene, s: RenderSettings, frames: int, step: Callable[[], objec
         s: All settings.
         frames: At least one.
         step: Called after each.
+        field: Where to start instead.
 
     Raises:
         SettingsError: The field cannot be laid out.
     """
-    field = IrradianceField.fit(scene, s)
+    field = IrradianceField.fit(scene, s) if field is None else field
     frame: Frame | None = None
     milliseconds = []
     for tick in range(frames):

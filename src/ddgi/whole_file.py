@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -62,6 +62,32 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             beside.unlink()
+
+
+@contextmanager
+def whole_files(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]]:
+    """Files to write in place of `paths`, with the same endings; moved there together when the block ends well.
+
+    Raises:
+        OutputError: One cannot be written, or moved.
+    """
+    targets = [check_place(path) for path in paths]
+    besides = [t.with_name(f".{t.stem}.{os.getpid()}-{n}.part{t.suffix}") for n, t in enumerate(targets)]
+    try:
+        yield besides
+        for target, beside in zip(targets, besides, strict=True):
+            _move(beside, target)
+    finally:
+        for beside in besides:
+            with suppress(OSError):
+                beside.unlink()
+
+
+def _move(beside: Path, target: Path) -> None:
+    try:
+        os.replace(beside, target)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written: {error.strerror}") from error
 
 
 def _beside(target: Path) -> Path:

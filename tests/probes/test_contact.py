@@ -11,11 +11,13 @@ from ddgi import sampling
 from ddgi.errors import SettingsError
 from ddgi.frame import render_frame
 from ddgi.probes.bounce import Illumination
-from ddgi.probes.contact import near_light
+from ddgi.probes.contact import near_light, thinned
 from ddgi.probes.field import IrradianceField, irradiance_map, radiance_map
 from ddgi.probes.octahedral import direction_to_square, texel_directions
+from ddgi.sampling import clock
 from probing import (
     camera_in,
+    changed,
     dark_light,
     diffuse,
     hand_made,
@@ -45,7 +47,7 @@ def under_a_disk(radiance=0.0, turn=90, bsdf=None):
 
 
 def with_radiance(**values):
-    return small(volume_radiance_size=8, direct_area="field", **values)
+    return small(direct_area="field", **values)
 
 
 def even_field(s, radiance=1.0):
@@ -97,10 +99,12 @@ def furnace():
     return load(shut)
 
 
-@pytest.mark.parametrize("hits", [0.0, 1.5])
-def test_in_the_furnace_nothing_changes(hits):
+@pytest.mark.parametrize(("hits", "every"), [(0.0, 1), (1.5, 1), (1.5, 3)])
+def test_in_the_furnace_nothing_changes(hits, every):
     """Everything has radiance 1, near and far: S = 1, in pixels as in maps."""
-    s = with_radiance(contact_hits=hits, contact_pixels=1.5, blend_warm_up=30, rays_per_probe=256)
+    s = with_radiance(
+        contact_hits=hits, contact_pixels=1.5, contact_every=every, blend_warm_up=30, rays_per_probe=256
+    )
     scene = furnace()
     field = updated(scene, s, 25)
     assert np.allclose(irradiance_map(field, s) / np.pi, 1, rtol=5e-3)
@@ -128,14 +132,43 @@ def test_radiance_and_irradiance_maps_tell_the_same():
 
 
 def test_without_maps_of_radiance_contact_is_refused():
-    scene = furnace()
+    scene, without = furnace(), small(volume_radiance_size=0, contact_pixels=0.0, contact_hits=0.0)
     with pytest.raises(SettingsError, match=r"volume\.radiance_size"):
-        IrradianceField.fit(scene, small(contact_pixels=1.0))
-    field = IrradianceField.fit(scene, small())
+        IrradianceField.fit(scene, changed(without, contact_pixels=1.0))
+    field = IrradianceField.fit(scene, without)
     with pytest.raises(SettingsError, match=r"volume\.radiance_size"):
-        render_frame(scene, field, camera_in(), 0, small(contact_hits=1.0))
+        render_frame(scene, field, camera_in(), 0, changed(without, contact_hits=1.0))
     with pytest.raises(SettingsError, match="radiance"):
-        radiance_map(field, small())
+        radiance_map(field, without)
+
+
+def test_every_pixel_gets_its_turn():
+    """Of `every` frames in a row, each lane of the many is looked at once, whatever the row's length."""
+    for every, row in ((4, 24), (3, 7), (5, 10)):
+        lanes = dr.arange(mi.UInt32, 40)
+        taken = [np.array(thinned(lanes, every, clock(0, tick), row)) for tick in range(every)]
+        assert sorted(np.concatenate(taken)) == list(range(40 * every))
+
+
+def thinned_room(every):
+    """A lit room with a shelf in it, after some frames."""
+    shelf = mi.ScalarTransform4f().translate([0, -0.6, 0]).rotate([1, 0, 0], -90).scale(0.5)
+    scene = load(
+        room(
+            diffuse(0.7),
+            lamp={"type": "point", "position": [0.4, 0.2, -0.3], "intensity": rgb(2.0)},
+            shelf={"type": "rectangle", "to_world": shelf, "bsdf": diffuse(0.2, two_sided=True)},
+        )
+    )
+    s = small(contact_every=every, contact_pixels=3.0, contact_hits=3.0, rays_per_probe=256)
+    field, frame = IrradianceField.fit(scene, s), None
+    for tick in range(48):
+        field, frame = render_frame(scene, field, camera_in(), tick, s, frame)
+    return frame.numpy().mean()
+
+
+def test_few_samples_tell_the_same_as_all():
+    assert thinned_room(4) == pytest.approx(thinned_room(1), rel=0.01)
 
 
 def test_same_seed_same_light():

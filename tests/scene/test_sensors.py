@@ -138,17 +138,6 @@ def test_look_at_and_what_may_be_changed_about_it():
         look_at((0, 0, 0), (0, 0, 1), fov=180)
 
 
-def test_a_scene_without_a_sensor_gets_one_inside_its_box():
-    from ddgi.scene.load import load_scene
-
-    long = mi.ScalarTransform4f().scale([1.0, 2.0, 5.0])
-    scene = load_scene({"type": "scene", "hall": {"type": "cube", "to_world": long}})
-    assert any("no camera" in note for note in scene.notes)
-    np.testing.assert_allclose(vectors(scene.camera.forward), [[0, 0, -1]], atol=1e-6)
-    position = vectors(scene.camera.position)[0]
-    assert all(low < p < high for p, low, high in zip(position, *scene.bounds, strict=True))
-
-
 def test_a_sensor_at_nan_is_named():
     matrix = np.eye(4)
     matrix[0, 3] = np.nan

@@ -12,8 +12,10 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
+import mitsuba as mi
 
 from ddgi.passes.gbuffer import gbuffer
+from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import accumulate
 from ddgi.passes.shade import shade
 from ddgi.probes import blend as blending
@@ -73,10 +75,13 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
             watch("blend radiance", blending._blend_radiance, vol, found, alpha, time, s.volume)
         watch("blend distance", blending._blend_distance, vol, found, alpha, time, s.volume, s.blend)
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
+    by = Illumination(tracer, lights, steady.field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
+    near: Any = mi.Color3f(0)
+    if s.contact.pixels > 0:
+        near = watch("light nearby", nearby, by, scene.camera, surface, s.gbuffer, s.contact)
     shaded = watch(
         "light pixels", shade,
-        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query,
-        s.gather, s.contact,
+        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query, near,
     )  # fmt: skip
     watch("add to picture", accumulate, steady.frame.picture, surface, shaded, s.picture)
     return watch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -16,6 +17,7 @@ from ddgi.cli.request import SceneRequest, SettingsRequest
 from ddgi.plural import counted
 
 if TYPE_CHECKING:
+    from ddgi.passes import tone as tones
     from ddgi.scene.scene import Scene
     from ddgi.settings import RenderSettings
     from ddgi.still import Still
@@ -40,12 +42,19 @@ if TYPE_CHECKING:
     show_default=True,
     help="Frames to add up while the light converges.",
 )
+@click.option(
+    "--turntable",
+    type=click.IntRange(min=2, max=9999),
+    metavar="N",
+    help="N pictures all around, FILE-000 and on: around the object, or on the spot inside a room.",
+)
 @json_option
 @request_options
 def render(
     scene: str,
     outputs: tuple[Path, ...],
     frames: int,
+    turntable: int | None,
     json_file: Path | None,
     scene_request: SceneRequest,
     settings_request: SettingsRequest,
@@ -53,7 +62,8 @@ def render(
     """Render SCENE, a built-in name, a glTF (.glb, .gltf), .obj, .ply or Mitsuba .xml file, lit by probes."""
     with Progress() as progress:
         progress.phase("starting")
-        figures = _render(scene, outputs, frames, json_file, scene_request, settings_request, progress)
+        files = _numbered(outputs, turntable)
+        figures = _render(scene, files, frames, json_file, scene_request, settings_request, progress)
     for line in (*_remarks(figures), _summary(figures)):
         click.echo(f"ddgi: {line}", err=True)
     if json_file is not None:
@@ -62,18 +72,19 @@ def render(
 
 def _render(
     source: str,
-    outputs: tuple[Path, ...],
+    files: list[tuple[Path, ...]],
     frames: int,
     json_file: Path | None,
     scene_request: SceneRequest,
     settings_request: SettingsRequest,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Do it all; what can be refused is refused before the first ray."""
+    """Do it all; what can be refused is refused before the first ray. files: those of each view."""
     settings_request.start_backend()
-    from ddgi.output import check_writable, save
-    from ddgi.still import still
+    from ddgi.output import check_writable
+    from ddgi.turntable import turntable, views
 
+    outputs = [path for group in files for path in group]
     for path in outputs:
         check_writable(path)
     if json_file is not None:
@@ -85,21 +96,47 @@ def _render(
     start = perf_counter()
     scene = scene_request.open(source)
     load_s = perf_counter() - start
-    progress.phase(f"rendering {scene.name}", frames)
-    done = still(scene, settings, frames, progress.step)
-    progress.phase("writing")
-    for path in outputs:
-        save(path, done.frame, settings.tone)
-    return {"outputs": [str(path) for path in outputs], "load_s": load_s} | _figures(scene, settings, done)
+    cameras = views(scene, len(files), scene_request.look) if len(files) > 1 else [scene.camera]
+    progress.phase(f"rendering {scene.name}", frames * len(cameras))
+    first = _save(turntable(scene, settings, frames, cameras, progress.step), files, settings.tone)
+    return {"outputs": [str(path) for path in outputs], "load_s": load_s} | _figures(scene, settings, first)
+
+
+def _save(stills: Iterator[Still], files: list[tuple[Path, ...]], tone: tones.Settings) -> Still:
+    """Write the pictures of each view, all of them or none, exposed like the first; returns that."""
+    from ddgi.output import save
+    from ddgi.whole_file import whole_files
+
+    first = None
+    with whole_files([path for group in files for path in group]) as places:
+        for number, done in enumerate(stills):
+            if first is None:
+                first, tone = done, replace(tone, exposure=_exposure(done, tone))
+            for place in places[number * len(files[0]) : (number + 1) * len(files[0])]:
+                save(place, done.frame, tone)
+    assert first is not None  # there is one view at least
+    return first
+
+
+def _exposure(done: Still, tone: tones.Settings) -> float:
+    """Of a picture [stops]."""
+    from ddgi.passes.tone import automatic_exposure
+
+    return automatic_exposure(done.frame.numpy()) if tone.exposure is None else tone.exposure
+
+
+def _numbered(outputs: tuple[Path, ...], count: int | None) -> list[tuple[Path, ...]]:
+    """The files of each view: numbered ones, or without a count those of the only one."""
+    if count is None or not all(p.name for p in outputs):  # a folder is refused later
+        return [outputs]
+    return [tuple(p.with_name(f"{p.stem}-{n:03d}{p.suffix}") for p in outputs) for n in range(count)]
 
 
 def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, Any]:
     """What was rendered and how long it took, by name."""
     import numpy as np
 
-    from ddgi.passes.tone import automatic_exposure
-
-    grid, exposure = done.field.volumes[0].grid, settings.tone.exposure
+    grid = done.field.volumes[0].grid
     return {
         "scene": scene.name,
         "size": list(done.frame.size),
@@ -110,7 +147,7 @@ def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, A
         "spacing": [float(x) for x in np.ravel(grid.spacing)],
         "first_frame_ms": done.milliseconds[0],
         "frame_ms": done.frame_ms,
-        "exposure": automatic_exposure(done.frame.numpy()) if exposure is None else exposure,
+        "exposure": _exposure(done, settings.tone),
         "non_finite": {"rays": int(done.field.non_finite[0]), "pixels": done.frame.non_finite},
         "notes": list(scene.notes),
     }
@@ -134,5 +171,10 @@ def _summary(figures: dict[str, Any]) -> str:
     return (
         f"{figures['scene']}, {width}x{height}: {counted(figures['probes'], 'probe')} ({counts}, {spacing} m apart), "
         f"{counted(figures['frames'], 'frame')}, {figures['frame_ms']:.1f} ms each, exposure {figures['exposure']:+.2f} EV "
-        f"-> {', '.join(figures['outputs'])}"
+        f"-> {_files(figures['outputs'])}"
     )
+
+
+def _files(names: list[str]) -> str:
+    """All of a few, and the first and the last of many."""
+    return ", ".join(names) if len(names) <= 4 else f"{names[0]} ... {names[-1]} ({len(names)} files)"

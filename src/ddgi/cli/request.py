@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ddgi.scene.camera import Camera
     from ddgi.scene.scene import Scene
     from ddgi.settings import RenderSettings
 
@@ -40,6 +39,7 @@ class SceneRequest:
         scene = load_scene(
             source,
             camera=self.camera,
+            look=self.look,
             size=self.size,
             up=self.up,
             sun=self.sun,
@@ -48,8 +48,6 @@ class SceneRequest:
             lights=[*map(_point_light, self.point), *map(_spot_light, self.spot)],
             materials=self.materials,
         )
-        if self.look is not None:
-            scene = replace(scene, cameras=(_looking(scene, self.look), *scene.cameras))
         if self.near is not None:
             scene = replace(scene, cameras=tuple(with_near(c, self.near) for c in scene.cameras))
         return scene
@@ -91,19 +89,6 @@ class SettingsRequest:
     def arguments(self) -> list[str]:
         """As the command line has it."""
         return _arguments(self)
-
-
-def _looking(scene: Scene, look: Numbers) -> Camera:
-    """A camera from a point to a point, with the lens and picture size of the scene's own."""
-    import drjit as dr
-    import numpy as np
-
-    from ddgi.scene.camera import look_at
-
-    own = scene.camera
-    half = float(np.ravel(dr.norm(own.right))[0])
-    fov = 60.0 if own.orthographic else float(np.degrees(2 * np.arctan(half)))
-    return look_at(look[:3], look[3:], scene.up, fov=fov, size=own.size, name="look")
 
 
 def _point_light(numbers: Numbers) -> dict[str, Any]:

@@ -70,7 +70,7 @@ def run(scene: Scene, trial: Trial, frames: int, watch: Watch = NOBODY) -> Outco
         trial,
         frame.numpy(),
         _array(frame, frame.picture.immediate),
-        _array(frame, frame.picture.indirect),
+        np.maximum(_array(frame, frame.picture.indirect), 0),
         alone.numpy(),
         frames,
         done.frame_ms,

@@ -9,6 +9,7 @@ import drjit as dr
 import mitsuba as mi
 from typing_extensions import Doc
 
+from ddgi.extrema import at_least
 from ddgi.lighting.guard import finite
 from ddgi.passes.shade import Shaded
 from ddgi.settings_group import settings_group
@@ -35,7 +36,9 @@ class Picture:
     """Means over the frames so far. Lanes are pixels, row by row from the top left."""
 
     immediate: mi.Color3f  # (N,) direct light and emission [W/(m^2 sr)]
-    indirect: mi.Color3f  # (N,) light from the field [W/(m^2 sr)]
+    indirect: (
+        mi.Color3f
+    )  # (N,) light from the field [W/(m^2 sr)]; samples of what is near may take it below zero
     layers: dict[str, mi.Color3f | mi.Float]  # by name, empty unless asked for
     weight: mi.Float  # (1,) sum of the weights of the frames in the field's mean
     frames: mi.UInt32  # (1,) number of frames in the mean
@@ -44,7 +47,7 @@ class Picture:
     @property
     def radiance(self) -> mi.Color3f:
         """All light towards the camera, (N,) [W/(m^2 sr)]."""
-        return self.immediate + self.indirect
+        return self.immediate + at_least(self.indirect, 0)
 
 
 def empty(size: tuple[int, int], s: Settings) -> Picture:

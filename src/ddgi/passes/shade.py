@@ -10,8 +10,7 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.lighting import brdf, direct
 from ddgi.lighting.lights import Lights, environment_radiance
-from ddgi.probes import contact, gather, query, volume
-from ddgi.probes.bounce import Illumination
+from ddgi.probes import query, volume
 from ddgi.probes.field import IrradianceField, irradiance
 from ddgi.sampling import Clock
 from ddgi.trace.surface import Surface
@@ -38,10 +37,12 @@ def shade(
     direct_settings: direct.Settings,
     layout: volume.Settings,
     query_settings: query.Settings,
-    gather_settings: gather.Settings,
-    contact_settings: contact.Settings,
+    near: mi.Color3f,
 ) -> Shaded:
-    """Light each pixel: lights exactly or sampled, everything else from the field and what is near."""
+    """Light each pixel: lights exactly or sampled, everything else from the field.
+
+    near: (N,) what surfaces nearby add to the field's irradiance [W/m^2] (`passes/nearby.py`).
+    """
     arriving = direct.direct_light(
         tracer, lights, surface, direct_settings,
         time=time, stream=sampling.PIXEL_LIGHT, samples=direct_settings.camera_samples, specular=specular,
@@ -56,12 +57,7 @@ def shade(
         query_settings,
         surface.distance,
     )
-    if contact_settings.pixels > 0:
-        by = Illumination(
-            tracer, lights, field.volumes[0], time, gather_settings, direct_settings, query_settings, layout
-        )
-        ambient += contact.near_light(by, surface, contact_settings.pixels, sampling.PIXEL_CONTACT)
-    ambient = dr.select(surface.lit, ambient, mi.Color3f(0))
+    ambient = dr.select(surface.lit, ambient + near, mi.Color3f(0))
     background = environment_radiance(lights, -surface.to_viewer, ~surface.valid)
     return Shaded(
         direct=dr.select(surface.lit, brdf.lambert(surface) * arriving.irradiance + arriving.specular, 0),

@@ -118,6 +118,7 @@ def _blend_radiance(vol, found, alpha, time, layout):
     old = _old(fmt, vol.radiance, size, lane)
     seen = dr.gather(mi.Float, weight.array, _source_texel(lane, size)[1]) > SMALLEST_WEIGHT
     mixed = dr.select(seen, dr.lerp(mean, old, alpha), old)
+    mixed = at_least(mixed, 0)  # few samples of what is near may take away more than there is
     return formats.pack(fmt, mixed, _dither(fmt, 16, time, lane, 2))
 
 

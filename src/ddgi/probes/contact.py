@@ -22,9 +22,9 @@ from typing_extensions import Doc
 from ddgi.extrema import clamp
 from ddgi.probes import query
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
-from ddgi.sampling import low_discrepancy_2d
+from ddgi.sampling import Clock, low_discrepancy_2d
 from ddgi.settings_group import settings_group
-from ddgi.trace.surface import Surface, offset_origin
+from ddgi.trace.surface import Surface, matt_bounce
 
 
 @settings_group("contact")
@@ -33,12 +33,30 @@ class Settings:
 
     pixels: Annotated[
         float, Interval(ge=0, le=1000), Doc("from pixels, one ray each a frame [spacings]; 0: not at all")
-    ] = 0.0
+    ] = 1.0
     hits: Annotated[
         float,
         Interval(ge=0, le=1000),
         Doc("from what the probes' rays hit, one ray each an update [spacings]; 0: not at all"),
-    ] = 0.0
+    ] = 1.0
+    every: Annotated[
+        int,
+        Interval(ge=1, le=64),
+        Doc("only one in so many pixels and hits has such a ray each time, and it counts so many times"),
+    ] = 4
+
+
+def thinned(lane: mi.UInt32, every: int, time: Clock, row: int = 1) -> mi.UInt32:
+    """Which of so many times as many lanes the few stand for: another one each time, and in each row.
+
+    Args:
+        lane: (N,) numbers of the few.
+        every: One in how many they are.
+        time: Moves on to the next of the many.
+        row: Lanes of the many in a row.
+    """
+    first = lane * every
+    return first + (time.tick + first // row) % every
 
 
 def near_light(by: Illumination, surface: Surface, reach: float, stream: int) -> mi.Color3f:
@@ -57,8 +75,7 @@ def near_light(by: Illumination, surface: Surface, reach: float, stream: int) ->
     width = dr.width(surface.distance)
     length = by.vol.grid.smallest_spacing * reach
     sample = low_discrepancy_2d(by.time, stream, dr.arange(mi.UInt32, width), by.time.tick)
-    direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
-    origin = offset_origin(surface, direction)
+    origin, direction = matt_bounce(surface, sample)
     near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
     light = from_lamps(by, near, stream) + from_field(by, near)

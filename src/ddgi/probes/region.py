@@ -17,9 +17,8 @@ import numpy as np
 
 from ddgi import sampling
 from ddgi.box import Box
-from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera, camera_rays
-from ddgi.trace.surface import offset_origin
+from ddgi.trace.surface import matt_bounce
 from ddgi.trace.tracer import Tracer
 
 PATHS = 32768
@@ -74,15 +73,9 @@ def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.n
         places.append(np.array(dr.select(active, surface.position, mi.Point3f(0))).T)
         weights.append(np.array(dr.select(active, throughput, 0)))
         throughput = throughput * mi.luminance(surface.albedo)
-        origin, direction = _onward(surface, time, lane + (2 + bounce) * PATHS)
+        onward = sampling.uniform_2d(time, sampling.REGION, lane + (2 + bounce) * PATHS)
+        origin, direction = matt_bounce(surface, onward)
     return np.concatenate(places), np.concatenate([np.broadcast_to(w, PATHS) for w in weights])
-
-
-def _onward(surface, time: Clock, lane: mi.UInt32) -> tuple[mi.Point3f, mi.Vector3f]:
-    """Rays that leave surfaces as light leaves a matt one."""
-    local = mi.warp.square_to_cosine_hemisphere(sampling.uniform_2d(time, sampling.REGION, lane))
-    direction = mi.Frame3f(surface.normal).to_world(local)
-    return offset_origin(surface, direction), direction
 
 
 def _grown(place: np.ndarray, weight: np.ndarray) -> tuple[float, float]:

@@ -33,7 +33,7 @@ class Settings:
     radiance_size: Annotated[
         Literal[0, 4, 8, 16, 32],
         Doc("interior texels per side of the radiance map, which `contact` needs; 0: there is none"),
-    ] = 0
+    ] = 8
     irradiance_format: Annotated[
         IrradianceFormat, Doc("texel format of the irradiance map, and of the radiance map")
     ] = "float32"

@@ -155,6 +155,34 @@ def with_near(camera: Camera, near: float) -> Camera:
     return replace(camera, near=dr.opaque(mi.Float, float(near)))
 
 
+def turned(camera: Camera, pivot: npt.ArrayLike, axis: npt.ArrayLike, degrees: float) -> Camera:
+    """The same camera carried around an axis.
+
+    Args:
+        camera: The camera.
+        pivot: (3,) a point on the axis [m].
+        axis: (3,) unit.
+        degrees: How far, anticlockwise as seen against the axis.
+    """
+    axis, pivot = np.asarray(axis, np.float64), np.asarray(pivot, np.float64)
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+
+    def turn(vector: npt.ArrayLike) -> np.ndarray:  # Rodrigues' formula
+        v = np.array(vector, np.float64).ravel()
+        return v * cos + np.cross(axis, v) * sin + axis * (axis @ v) * (1 - cos)
+
+    return make_camera(
+        camera.name,
+        pivot + turn(np.ravel(camera.position) - pivot),
+        turn(camera.forward),
+        turn(camera.right),
+        turn(camera.up),
+        camera.size,
+        near=float(np.ravel(camera.near)[0]),
+        orthographic=camera.orthographic,
+    )
+
+
 def _vector(values: npt.ArrayLike, name: str) -> np.ndarray:
     vector = np.asarray(values, np.float64)
     if vector.shape != (3,) or not np.isfinite(vector).all():

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ddgi.backend import use_backend
-from ddgi.errors import SceneError
-from ddgi.scene.camera import Camera, with_size
+from ddgi.errors import SceneError, SettingsError
+from ddgi.scene.camera import Camera, look_at, with_size
 from ddgi.scene.daylight import AddedLights
 from ddgi.scene.scene import Scene
 
@@ -29,6 +29,7 @@ def load_scene(
     source: str | Path | dict[str, Any],
     *,
     camera: str | int | Camera | None = None,
+    look: Sequence[float] | None = None,
     size: tuple[int, int] | None = None,
     up: str | Sequence[float] | None = None,
     sun: tuple[float, float, float] | None = None,
@@ -43,7 +44,8 @@ def load_scene(
         source: The name of a built-in scene, the path of a glTF (`.glb`, `.gltf`), `.obj`, `.ply`
             or Mitsuba `.xml` file, or a dictionary as for `mi.load_dict`.
         camera: Name or number of the scene's camera to look through, or a camera of your own; by
-            default the scene's first.
+            default the scene's first, or one that is chosen if it has none (`ddgi.scene.viewpoint`).
+        look: Look from a point to a point instead, through the same lens: six numbers [m].
         size: (width, height) of pictures [pixels]; by default what the camera says.
         up: "x", "y", "z", with a minus sign to turn it around, or a vector; by default +y for
             built-in scenes and the axis nearest the camera's up for others.
@@ -63,7 +65,7 @@ def load_scene(
     Raises:
         SceneError: The source does not exist or cannot be used; one line that names the element.
         BackendError: Nothing here can compute.
-        SettingsError: The picture size is not positive.
+        SettingsError: The picture size is not positive, or `look` describes no camera.
     """
     if not isinstance(source, (str, Path, dict)):
         raise SceneError(f"a scene is a name, a path or a dictionary, not a {type(source).__name__}")
@@ -71,16 +73,42 @@ def load_scene(
         raise SceneError(f"materials must be {' or '.join(MATERIALS)}, not {materials!r}")
     use_backend()
     scene = _imported(source, AddedLights(sun, sky, env, tuple(lights)), up, materials == "diffuse")
-    if isinstance(camera, Camera):
-        scene = replace(scene, cameras=(camera, *scene.cameras))
-    elif camera is not None:
-        scene = scene.select_camera(camera)
+    scene = _seen(scene, camera, look)
     if size is not None:
         scene = replace(scene, cameras=tuple(with_size(c, size) for c in scene.cameras))
     # What the import left behind must not go away later: a change in Mitsuba's registry of objects
     # makes Dr.Jit record every frozen function anew.
     gc.collect()
     return scene
+
+
+def _seen(scene: Scene, camera: str | int | Camera | None, look: Sequence[float] | None) -> Scene:
+    """The scene with the camera to look through first; where it has none, one is chosen."""
+    from ddgi.scene import viewpoint
+
+    own = scene.cameras
+    if isinstance(camera, Camera):
+        scene = replace(scene, cameras=(camera, *own))
+    elif not own:
+        found = viewpoint.find(scene)
+        scene = replace(scene, cameras=(found.camera,))
+        if look is None:
+            scene = replace(scene, notes=scene.notes + found.notes)
+    if camera is not None and not isinstance(camera, Camera):
+        scene = scene.select_camera(camera)
+    if look is not None:
+        scene = replace(scene, cameras=(_looking(scene, look), *(scene.cameras if own else ())))
+    return scene
+
+
+def _looking(scene: Scene, look: Sequence[float]) -> Camera:
+    """A camera from a point to a point, with the lens and picture size of the scene's first."""
+    if len(look) != 6:
+        raise SettingsError(f"look must be six numbers, from and to, not {look}")
+    own = scene.camera
+    half = np.linalg.norm(np.ravel(own.right))
+    fov = 60.0 if own.orthographic else float(np.degrees(2 * np.arctan(half)))
+    return look_at(look[:3], look[3:], scene.up, fov=fov, size=own.size, name="look")
 
 
 def _imported(

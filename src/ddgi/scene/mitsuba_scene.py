@@ -22,7 +22,7 @@ from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.recentre import movable, move, note_origin, origin_for
 from ddgi.scene.scene import Scene
-from ddgi.scene.sensors import CAMERAS, default_camera, read_camera, sensor_up
+from ddgi.scene.sensors import CAMERAS, read_camera, sensor_up
 from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
 
@@ -48,7 +48,7 @@ def import_scene(
     notes: Notes | None = None,
     origin: np.ndarray | None = None,
 ) -> Scene:
-    """Build the scene that a plugin tree describes.
+    """Build the scene that a plugin tree describes; without a camera if it names none.
 
     Args:
         tree: The parsed scene; lights are added to it, and film, sampler and integrator cleared.
@@ -96,9 +96,6 @@ def import_scene(
     if not np.isfinite(bounds).all():
         raise SceneError(f"{name}: its bounding box is not finite")
     note_origin(moved, notes)
-    if not cameras:
-        notes.add("no camera in the scene: one added that looks along the box")
-        cameras = [default_camera(box or bounds, up)]
     return Scene(
         name=name,
         mi_scene=mi_scene,

@@ -37,7 +37,7 @@ class Scene:
     )  # the static geometry, area lights and environment; its BSDFs are ignored, other lights not in it
     materials: Materials
     lights: Lights
-    cameras: tuple[Camera, ...]  # at least one
+    cameras: tuple[Camera, ...]  # at least one, but while it is being loaded
     up: tuple[float, float, float]  # unit vector
     box: Box | None  # (low, high) of what probes should cover, if its maker says [m]
     triangles: int

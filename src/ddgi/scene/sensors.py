@@ -9,15 +9,13 @@ from __future__ import annotations
 import mitsuba as mi
 import numpy as np
 
-from ddgi.box import Box
-from ddgi.scene.camera import Camera, look_at, make_camera
+from ddgi.scene.camera import Camera, make_camera
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.validate import check_finite
 
 CAMERAS = ("perspective", "thinlens", "orthographic")
 """Plugins that are cameras to us."""
-DEFAULT_SIZE = (640, 360)
 
 
 def read_camera(
@@ -67,18 +65,6 @@ def sensor_up(sensor: mi.Sensor) -> np.ndarray:
     """(3,) what is up in the sensor's picture, in world space."""
     matrix = np.array(sensor.world_transform().matrix, np.float64).reshape(4, 4)
     return matrix[:3, 1] / np.linalg.norm(matrix[:3, 1])
-
-
-def default_camera(box: Box, up: np.ndarray) -> Camera:
-    """A camera inside the box, near one end, that looks along its longest horizontal side."""
-    low, high = np.array(box[0]), np.array(box[1])
-    extent = high - low
-    horizontal = np.where(np.abs(up) > 0.5, -1.0, extent)
-    along = np.zeros(3)
-    along[int(horizontal.argmax())] = 1.0
-    middle = 0.5 * (low + high)
-    reach = max(float(extent @ along), 1e-3)
-    return look_at(middle + 0.45 * reach * along, middle, up, fov=75.0, size=DEFAULT_SIZE, name="default")
 
 
 def _ray(sensor: mi.Sensor, x: float, y: float) -> tuple[np.ndarray, np.ndarray]:

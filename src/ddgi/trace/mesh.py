@@ -72,6 +72,7 @@ class MeshTracer:
             back = valid & ~front & ~material.double_sided
         return Surface(
             valid=valid,
+            front=valid & front,
             back=back,
             distance=si.t + skipped,
             position=position,

@@ -20,6 +20,7 @@ class Surface:
     """N ray hits. Lanes that missed hold safe values (unit normals, zero colours), never NaN."""
 
     valid: mi.Bool  # (N,) something was hit
+    front: mi.Bool  # (N,) seen from the side that its normals look to
     back: mi.Bool  # (N,) a single-sided surface from behind: black and opaque
     distance: mi.Float  # (N,) along the ray [m]; infinite for a miss
     position: mi.Point3f  # (N,) [m], from the scene's origin
@@ -46,6 +47,12 @@ def offset_origin(surface: Surface, direction: mi.Vector3f) -> mi.Point3f:
     """
     side = dr.mulsign(surface.slack, dr.dot(surface.geometric_normal, direction))
     return dr.fma(mi.Vector3f(surface.geometric_normal), side, surface.position)
+
+
+def matt_bounce(surface: Surface, sample: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Rays that leave surfaces as light leaves a matt one. sample: (N,) uniform numbers."""
+    direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
+    return offset_origin(surface, direction), direction
 
 
 def slack(position: mi.Point3f, extent: mi.Float) -> mi.Float:
