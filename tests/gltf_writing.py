@@ -127,18 +127,23 @@ def png(texels: Any) -> bytes:
 
 
 def shapes_of(path: Path) -> dict[str, dict[str, np.ndarray]]:
-    """The arrays of every mesh that a file describes, by name; and its notes, under ""."""
+    """The arrays of every mesh that a file describes, by name; and its notes, under "".
+
+    Positions are in the file's coordinates.
+    """
     from ddgi.scene.gltf.description import read_gltf
     from ddgi.scene.notes import Notes
 
     widths = {"positions": 3, "normals": 3, "texcoords": 2, "faces": 3, "colors": 3, "alphas": 1}
     notes = Notes()
-    description = read_gltf(path, notes).description
+    read = read_gltf(path, notes)
     found: dict[str, Any] = {
         part["id"]: {key: np.array(part[key]).reshape(-1, widths[key]) for key in widths if key in part}
-        for part in description.values()
+        for part in read.description.values()
         if isinstance(part, dict) and part["type"] == "ddgi_mesh"
     }
+    for shape in found.values():
+        shape["positions"] = (shape["positions"] + read.origin).astype(np.float32)
     found[""] = notes.lines()
     return found
 
