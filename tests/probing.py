@@ -124,10 +124,22 @@ def hand_made(
         layout,
         formats.pack(formats.IRRADIANCE[s.irradiance_format], mi.Color3f(*_lanes(stored)), mi.Float(0.5)),
         formats.pack(formats.DISTANCE[s.distance_format], mi.Vector2f(*_lanes(distances)), mi.Float(0.5)),
-        None,
+        _radiance(np.asarray(radiance, np.float64), s),
         dr.opaque(mi.UInt32, 1),
         texel_fit(s.irradiance_size),
     )
+
+
+def _radiance(radiance: np.ndarray, s: Any):
+    """Maps of radiance that show the same, texel for texel; None if there are to be none."""
+    size = s.radiance_size
+    if not size:
+        return None
+    if radiance.ndim == 2:
+        radiance = radiance[:, None, None]
+    nearest = np.arange(size) * radiance.shape[1] // size
+    stored = with_gutter(radiance[:, nearest][:, :, nearest])
+    return formats.pack(formats.IRRADIANCE[s.irradiance_format], mi.Color3f(*_lanes(stored)), mi.Float(0.5))
 
 
 def _lanes(maps: np.ndarray) -> list[mi.Float]:
