@@ -11,8 +11,10 @@ import numpy as np
 
 from ddgi.box import Box
 from ddgi.errors import SceneError
+from ddgi.scene.added import Added
 from ddgi.scene.camera import Camera
-from ddgi.scene.daylight import AddedLights, default_daylight
+from ddgi.scene.ceiling import Height, describe_ceiling
+from ddgi.scene.daylight import default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
@@ -26,6 +28,7 @@ from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
 
 ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
+CEILING = "added-ceiling"
 OLD_FILTERS = ("trilinear", "ewa")
 OURS = (
     mi.ObjectType.Integrator,
@@ -40,7 +43,7 @@ def import_scene(
     tree: PluginTree,
     name: str,
     *,
-    added: AddedLights,
+    added: Added,
     up: np.ndarray | None = None,
     box: Box | None = None,
     diffuse: bool = False,
@@ -49,9 +52,9 @@ def import_scene(
     """Build the scene that a plugin tree describes.
 
     Args:
-        tree: The parsed scene; lights are added to it, and film, sampler and integrator cleared.
+        tree: The parsed scene; what is added goes in, and film, sampler and integrator cleared.
         name: What to call it.
-        added: Lights to add.
+        added: What to add.
         up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
         box: What probes should cover [m], if the scene's maker says.
         diffuse: Make every surface Lambertian, in the tree as well.
@@ -67,12 +70,15 @@ def import_scene(
     cameras, camera_up = _cameras(tree, notes)
     if up is None:
         up = nearest_axis(camera_up) if camera_up is not None else np.array([0.0, 1.0, 0.0])
-    if added.has_environment:
+    if added.lights.has_environment:
         _drop_environment(tree, notes)
-    if added:
-        tree.graft(added.description(up), "added by the caller")
+    if added.lights:
+        tree.graft(added.lights.description(up), "added by the caller")
 
-    geometry, emitters = _read(tree, name, notes)
+    shapes, emitters = _read(tree, name, notes)
+    if added.ceiling is not None:
+        _add_ceiling(tree, shapes, added.ceiling, up, notes)
+    geometry = shapes.geometry
     if diffuse:
         geometry = make_lambertian(tree, geometry)
         notes.add("every surface taken as diffuse, in the path-traced picture as well")
@@ -105,7 +111,7 @@ def import_scene(
     )
 
 
-def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterReader]:
+def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, EmitterReader]:
     """Everything in the scene that is seen, and the lights that are not."""
     textures = TextureReader(tree, notes)
     emitters = EmitterReader(tree, textures, notes)
@@ -123,7 +129,15 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterR
         notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
     if geometry.triangles == 0:
         raise SceneError(f"{name}: has no geometry")
-    return geometry, emitters
+    return shapes, emitters
+
+
+def _add_ceiling(tree: PluginTree, shapes: ShapeReader, height: Height, up: np.ndarray, notes: Notes) -> None:
+    open_scene = _assembled(shapes.geometry, None)
+    slab, height = describe_ceiling(open_scene, height, up)
+    for index in tree.graft({CEILING: slab}, "added by the caller"):
+        shapes.add(index, CEILING)
+    notes.add(f"a ceiling added at a height of {height:.4g}")
 
 
 def _note_metals(geometry: Geometry, notes: Notes) -> None:
