@@ -3,7 +3,9 @@
 The bounding box says little: a room may lie in a dome of sky a hundred metres wide. What counts is
 where light goes on its way to the cameras, so paths are traced back from them, and the box is drawn
 around the surfaces they meet. A few paths end far away, through a window say: from the middle
-outwards, the box grows to the next share of the light only while that share lies close together.
+outwards, the box grows to the next share of the light only while that share lies close together. Where
+it then ends a little beyond a wall, it is laid at the wall: planes of probes between there and the
+wall would light next to nothing, and stand where they see what is behind it.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import numpy as np
 
 from ddgi import sampling
 from ddgi.box import Box
+from ddgi.probes.walls import STRAIGHT
 from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.trace.surface import offset_origin
@@ -34,6 +37,10 @@ THIN = 0.07
 Measured: from 0.1 upwards beyond doors and in corridors that light comes through, 0.06 and less
 outside the windows of `classroom`, `dream-apartment` and `house`.
 """
+SLIVER = 0.1
+"""How far beyond a wall the box is cut back to it, in lengths of the box along that axis."""
+SAME_WALL = 1e-3
+"""How far apart surfaces of one wall may lie, likewise."""
 
 
 def find(tracer: Tracer, cameras: Sequence[Camera], bounds: Box) -> Box:
@@ -46,18 +53,18 @@ def find(tracer: Tracer, cameras: Sequence[Camera], bounds: Box) -> Box:
             see nothing it is taken as it is.
     """
     found = [_walk(tracer, camera, number) for number, camera in enumerate(cameras)]
-    position = np.concatenate([p for p, _ in found])
-    weight = np.concatenate([w / max(w.sum(), 1e-30) for _, w in found])
+    position, normal = (np.concatenate([f[i] for f in found]) for i in range(2))
+    weight = np.concatenate([w / max(w.sum(), 1e-30) for *_, w in found])
     if not weight.any():
         return bounds
-    sides = [_grown(position[:, a], weight) for a in range(3)]
+    sides = [_trimmed(*_grown(position[:, a], weight), position[:, a], normal[:, a], weight) for a in range(3)]
     low = [max(side[0], b) for side, b in zip(sides, bounds[0], strict=True)]
     high = [min(side[1], b) for side, b in zip(sides, bounds[1], strict=True)]
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
-def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where paths from a camera meet surfaces, (N, 3), and how much of the picture's light came over each."""
+def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where paths from a camera meet surfaces, their normals, (N, 3), and what share of its light each may carry."""
     time = sampling.clock(0, number)
     lane = dr.arange(mi.UInt32, PATHS)
     start = sampling.uniform_2d(time, sampling.REGION, lane)
@@ -65,15 +72,17 @@ def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.n
     pixel = mi.UInt32(start.x * (width * height))
     origin, direction = camera_rays(camera, pixel, sampling.uniform_2d(time, sampling.REGION, lane + PATHS))
     throughput, active = mi.Float(1), mi.Bool(True)
-    places, weights = [], []
+    places, normals, weights = [], [], []
     for bounce in range(BOUNCES):
         surface = tracer.intersect(origin, direction, active, time=time, stream=sampling.REGION)
         active = active & surface.lit
         places.append(np.array(dr.select(active, surface.position, mi.Point3f(0))).T)
+        normals.append(np.array(surface.geometric_normal).T)
         weights.append(np.array(dr.select(active, throughput, 0)))
         throughput = throughput * mi.luminance(surface.albedo)
         origin, direction = _onward(surface, time, lane + (2 + bounce) * PATHS)
-    return np.concatenate(places), np.concatenate([np.broadcast_to(w, PATHS) for w in weights])
+    weight = np.concatenate([np.broadcast_to(w, PATHS) for w in weights])
+    return np.concatenate(places), np.concatenate(normals), weight
 
 
 def _onward(surface, time: Clock, lane: mi.UInt32) -> tuple[mi.Point3f, mi.Vector3f]:
@@ -106,3 +115,35 @@ def _side(place: np.ndarray, total: np.ndarray, sign: int) -> float:
             break
         end = at(share)
     return end
+
+
+def _trimmed(
+    low: float, high: float, place: np.ndarray, normal: np.ndarray, weight: np.ndarray
+) -> tuple[float, float]:
+    """Both ends of the box along an axis, cut back to walls that face in just before them.
+
+    Args:
+        low: The low end [m].
+        high: The high end.
+        place: (N,) coordinates of what paths meet [m].
+        normal: (N,) along the axis.
+        weight: (N,) what it counts.
+    """
+    length = high - low
+    wall_low, wall_high = (
+        sign * _wall(sign * place, sign * normal, weight, sign * end, length)
+        for sign, end in ((1, low), (-1, high))
+    )
+    return wall_low, wall_high
+
+
+def _wall(place: np.ndarray, normal: np.ndarray, weight: np.ndarray, end: float, length: float) -> float:
+    """Where the wall stands that counts most just above a low end; the end if what lies between counts more."""
+    step = max(SAME_WALL * length, 1e-30)
+    near = (normal > STRAIGHT) & (place >= end) & (place <= end + SLIVER * length)
+    if not near.any():
+        return end
+    bins = ((place[near] - end) / step).astype(int)
+    strength = np.bincount(bins, weight[near])
+    wall = float(place[near][bins == strength.argmax()].min())
+    return wall if strength.max() > weight[(place >= end) & (place < wall)].sum() else end
