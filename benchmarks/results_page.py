@@ -119,6 +119,31 @@ def grids(rows: Rows) -> str:
     )
 
 
+def volumes(rows: Rows) -> str:
+    """The volume that fits by itself beside the best of a search."""
+    head = (
+        "scene",
+        "probes",
+        "automatic",
+        "best found",
+        "ratio",
+        "which",
+        "others",
+        "by hand",
+        "bounding box",
+        "reference",
+    )
+    return table(head, map(_volume_row, rows))  # fmt: skip
+
+
+def _volume_row(r: dict[str, Any]) -> Sequence[Any]:
+    flip = lambda name: f"{r['trials'][name]['flip_mean']:.3f}"  # noqa: E731
+    return (
+        r["name"], "×".join(map(str, r["counts"])), flip("automatic"), flip(r["best"]), f"{r['ratio']:.2f}", r["best"],
+        len(r["trials"]) - 1, flip("by hand"), flip("bounding box"), f"{r['reference_flip']:.3f}",
+    )  # fmt: skip
+
+
 def parts(rows: Rows) -> str:
     """What is left as one part after another is made ideal."""
     names = list(rows[0]["parts"])
@@ -139,6 +164,7 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "maps": ("maps", maps),
     "grids": ("grids", grids),
     "constants": ("constants", wins),
+    "volumes": ("volumes", volumes),
     "parts": ("parts", parts),
 }
 """Tables by name: the study they come from, and how they are written."""
@@ -151,7 +177,7 @@ def written(name: str) -> str:
     study, write = TABLES[name]
     found = load(study)
     if found is None:
-        return f"Not measured yet: `python benchmarks/studies.py {study}`."
+        return f"Not measured yet: no docs/results/{study}.json."
     m = found["machine"]
     return (
         f"{write(found['rows'])}\n\n<sub>`{study}.json`: commit {m['commit']}, {m['processor']}, "

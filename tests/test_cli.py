@@ -141,6 +141,8 @@ def test_figures_on_stdout(run, tmp_path):
         ["--spot", "0,0.9,0,0,-1,0,5,5,5,40", "--spot", "0,0,0.9,0,0,-1,1,1,1,20"],
         ["--preset", "mff", "--set", "gather.path_length=2"],
         ["--materials", "diffuse"],
+        ["--ceiling", "auto"],
+        ["--ceiling", "0.9"],
     ],
 )
 def test_options_are_understood(run, tmp_path, options):
@@ -230,6 +232,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["render", "cornell", "-o", "a.png", "--near", "nan"], "near must be"),
         (["render", "cornell", "-o", "a.png", "--sun", "0,0,-1"], "sun must be"),
         (["render", "cornell", "-o", "a.png", "--sky", "-1,0,0"], "sky must be"),
+        (["render", "cornell", "-o", "a.png", "--ceiling", "-9"], "ceiling must be above"),
         (["render", "cornell", "-o", "a.png", "--point", "0,0,0,-1,0,0"], "negative"),
         (["render", "cornell", "-o", "a.png", "--env", "none.exr"], "not found"),
         (
@@ -307,6 +310,8 @@ def test_bad_pictures_are_one_line(refused, tmp_path):
         ["render", "cornell", "-o", "a.png", "--spot", "0,0,0,0,1,0,1,1,1,120"],
         ["render", "cornell", "-o", "a.png", "--backend", "metal"],
         ["render", "cornell", "-o", "a.png", "--materials", "glass"],
+        ["render", "cornell", "-o", "a.png", "--ceiling", "high"],
+        ["render", "cornell", "-o", "a.png", "--ceiling", "nan"],
         ["render", "cornell", "-o", "a.png", "--nonsense"],
     ],
 )

@@ -6,7 +6,7 @@ import pytest
 
 import ddgi
 from ddgi.probes import region
-from ddgi.probes.region import _grown
+from ddgi.probes.region import _grown, _trimmed
 from ddgi.scene.camera import look_at
 from probing import diffuse, load, rgb, small
 
@@ -49,7 +49,7 @@ def dome(radius):
 def test_a_room_in_a_dome_of_sky(radius):
     scene = load({"type": "scene", **room(*ROOM, "room"), "sky": dome(radius)})
     inside = look_at((0, 1.5, -2), (0.2, 1.2, 2), size=(64, 36))
-    assert np.allclose(found(scene, inside), ROOM, atol=0.15)
+    assert np.allclose(found(scene, inside), ROOM, atol=1e-3)  # to the walls, and not into the dome
 
 
 def test_a_stray_thing_far_away_does_not_count():
@@ -121,6 +121,40 @@ def test_does_not_leap_to_what_is_far(sign):
 def test_what_weighs_nothing_does_not_count():
     place = np.append(np.linspace(0, 1, 100), 7.0)
     assert _grown(place, np.append(np.ones(100), 0.0)) == pytest.approx((0, 1), abs=0.02)
+
+
+def test_a_hall_is_taken_whole_though_the_camera_looks_away_from_most_of_it():
+    """Light behind the camera, where hardly any path goes, would else be lost at its first bounce."""
+    hall = np.array([[0.0, 0.0, 0.0], [12.0, 2.5, 3.0]])
+    scene = load({"type": "scene", **room(*hall, "hall"), "lamp": {"type": "point", "position": [1, 2, 1]}})
+    assert np.allclose(found(scene, look_at((6, 1.25, 1.5), (11, 1.1, 2.0))), hall, atol=0.05)
+
+
+def wall_and_beyond(share, gap):
+    """A space from 0 to 10 with a wall at its low end, and a share of the light beyond it, down to `-gap`."""
+    inside, wall, beyond = np.linspace(0.5, 10, 1000), np.zeros(100), np.linspace(-gap, -1e-3, 100)
+    place = np.concatenate([inside, wall, beyond])
+    normal = np.concatenate([np.zeros(1000), np.ones(100), np.zeros(100)])
+    weight = np.concatenate([np.full(1000, 1e-3), np.full(100, 1e-3), np.full(100, share * 1e-2)])
+    return place, normal, weight
+
+
+@pytest.mark.parametrize("gap", [0.01, 0.3, 0.9])
+def test_ends_a_little_beyond_a_wall_go_back_to_it(gap):
+    place, normal, weight = wall_and_beyond(0.02, gap)
+    assert _trimmed(-gap, 10.0, place, normal, weight) == (0.0, 10.0)
+    # and likewise at the other end
+    assert _trimmed(-10.0, gap, -place, -normal, weight) == (-10.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "share, gap, facing",
+    [(0.2, 0.9, 1), (0.02, 3.0, 1), (0.02, 0.9, -1)],
+    ids=["more light beyond than on the wall", "far beyond", "a wall that faces out"],
+)
+def test_other_ends_stay(share, gap, facing):
+    place, normal, weight = wall_and_beyond(share, gap)
+    assert _trimmed(-gap, 10.0, place, facing * normal, weight) == (-gap, 10.0)
 
 
 def test_an_explicit_box_wins():

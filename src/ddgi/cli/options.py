@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import click
 
 from ddgi.cli.request import SceneRequest, SettingsRequest
-from ddgi.cli.values import Numbers, Size, Sky, SpotLight, Up
+from ddgi.cli.values import Ceiling, Numbers, Size, Sky, SpotLight, Up
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 Option = Callable[[Any], Any]
@@ -27,6 +27,7 @@ SCENE_OPTIONS: tuple[Option, ...] = (
     click.option("--env", type=FILE, metavar="FILE.hdr|exr", help="Surroundings from a picture."),
     click.option("--point", type=Numbers(6, "X,Y,Z,R,G,B"), multiple=True, help="Add a point light [m, W/sr]; repeatable."),
     click.option("--spot", type=SpotLight(), multiple=True, help="Add a spot light: from, to [m], intensity [W/sr], cutoff [deg]; repeatable."),
+    click.option("--ceiling", type=Ceiling(), help="Add a ceiling: the height of its lower face [m], or the top of the walls."),
     click.option("--materials", type=click.Choice(["full", "diffuse"]), default="full", show_default=True, help="As the scene has them, or every surface diffuse and no glass."),
 )  # fmt: skip
 """Named like the fields of `SceneRequest`."""

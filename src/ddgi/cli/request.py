@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from ddgi.scene.scene import Scene
@@ -15,7 +15,7 @@ Numbers = tuple[float, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class SceneRequest:
-    """What the camera sees, and lights beyond the scene's own."""
+    """What the camera sees, and what is added to the scene."""
 
     size: tuple[int, int] | None = None
     camera: str | None = None
@@ -27,6 +27,7 @@ class SceneRequest:
     env: Path | None = None
     point: tuple[Numbers, ...] = ()  # position, intensity
     spot: tuple[Numbers, ...] = ()  # position, target, intensity, cutoff angle
+    ceiling: float | Literal["auto"] | None = None
     materials: str = "full"
 
     def open(self, source: str) -> Scene:
@@ -46,6 +47,7 @@ class SceneRequest:
             sky=self.sky,
             env=self.env,
             lights=[*map(_point_light, self.point), *map(_spot_light, self.spot)],
+            ceiling=self.ceiling,
             materials=self.materials,
         )
         if self.near is not None:

@@ -100,6 +100,16 @@ def Up() -> Word:  # noqa: N802
     return Word(("x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"), "AXIS|X,Y,Z")
 
 
+class Ceiling(Finite):
+    """A height, or where the scene's walls end."""
+
+    name = "HEIGHT|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number, or "auto"."""
+        return value if value == "auto" else super().convert(value, param, ctx)
+
+
 def parse_numbers(text: str) -> tuple[float, ...] | None:
     """Finite numbers separated by commas; None if they are not."""
     try:

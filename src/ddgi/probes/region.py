@@ -3,7 +3,11 @@
 The bounding box says little: a room may lie in a dome of sky a hundred metres wide. What counts is
 where light goes on its way to the cameras, so paths are traced back from them, and the box is drawn
 around the surfaces they meet. A few paths end far away, through a window say: from the middle
-outwards, the box grows to the next share of the light only while that share lies close together.
+outwards, the box grows to the next share of the light only while that share lies close together. Where
+it then ends a little beyond a wall, it is laid at the wall: planes of probes between there and the
+wall would light next to nothing, and stand where they see what is behind it. And where it ends in the
+middle of a room, because hardly any path goes there, it is drawn to the end of the room: light that
+the paths miss may stand there, and all that it sheds on the walls around it would be lost.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ import numpy as np
 
 from ddgi import sampling
 from ddgi.box import Box
+from ddgi.probes.walls import STRAIGHT
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.trace.surface import matt_bounce
 from ddgi.trace.tracer import Tracer
@@ -33,6 +38,14 @@ THIN = 0.07
 Measured: from 0.1 upwards beyond doors and in corridors that light comes through, 0.06 and less
 outside the windows of `classroom`, `dream-apartment` and `house`.
 """
+SLIVER = 0.1
+"""How far beyond a wall the box is cut back to it, in lengths of the box along that axis."""
+SAME_WALL = 1e-3
+"""How far apart surfaces of one wall may lie, likewise."""
+REACH = 2.0
+"""How far the end of a room may lie beyond the box, in lengths of the box's longest side: no dome of sky."""
+AHEAD = 4096
+"""Rays that look for it, on each side."""
 
 
 def find(tracer: Tracer, cameras: Sequence[Camera], bounds: Box) -> Box:
@@ -45,18 +58,20 @@ def find(tracer: Tracer, cameras: Sequence[Camera], bounds: Box) -> Box:
             see nothing it is taken as it is.
     """
     found = [_walk(tracer, camera, number) for number, camera in enumerate(cameras)]
-    position = np.concatenate([p for p, _ in found])
-    weight = np.concatenate([w / max(w.sum(), 1e-30) for _, w in found])
+    position, normal = (np.concatenate([f[i] for f in found]) for i in range(2))
+    weight = np.concatenate([w / max(w.sum(), 1e-30) for *_, w in found])
     if not weight.any():
         return bounds
-    sides = [_grown(position[:, a], weight) for a in range(3)]
-    low = [max(side[0], b) for side, b in zip(sides, bounds[0], strict=True)]
-    high = [min(side[1], b) for side, b in zip(sides, bounds[1], strict=True)]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+    sides = [
+        _trimmed(*_grown(position[:, a], weight), position[:, a], normal[:, a], weight) for a in range(3)
+    ]
+    low, high = _completed(tracer, np.array(sides))
+    low, high = np.maximum(low, bounds[0]), np.minimum(high, bounds[1])
+    return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
 
 
-def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where paths from a camera meet surfaces, (N, 3), and how much of the picture's light came over each."""
+def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where paths from a camera meet surfaces, their normals, (N, 3), and what share of its light each may carry."""
     time = sampling.clock(0, number)
     lane = dr.arange(mi.UInt32, PATHS)
     start = sampling.uniform_2d(time, sampling.REGION, lane)
@@ -66,16 +81,18 @@ def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.n
         camera, tracer.origin, pixel, sampling.uniform_2d(time, sampling.REGION, lane + PATHS)
     )
     throughput, active = mi.Float(1), mi.Bool(True)
-    places, weights = [], []
+    places, normals, weights = [], [], []
     for bounce in range(BOUNCES):
         surface = tracer.intersect(origin, direction, active, time=time, stream=sampling.REGION)
         active = active & surface.lit
         places.append(np.array(dr.select(active, surface.position, mi.Point3f(0))).T)
+        normals.append(np.array(surface.geometric_normal).T)
         weights.append(np.array(dr.select(active, throughput, 0)))
         throughput = throughput * mi.luminance(surface.albedo)
         onward = sampling.uniform_2d(time, sampling.REGION, lane + (2 + bounce) * PATHS)
         origin, direction = matt_bounce(surface, onward)
-    return np.concatenate(places), np.concatenate([np.broadcast_to(w, PATHS) for w in weights])
+    weight = np.concatenate([np.broadcast_to(w, PATHS) for w in weights])
+    return np.concatenate(places), np.concatenate(normals), weight
 
 
 def _grown(place: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
@@ -101,3 +118,67 @@ def _side(place: np.ndarray, total: np.ndarray, sign: int) -> float:
             break
         end = at(share)
     return end
+
+
+def _trimmed(
+    low: float, high: float, place: np.ndarray, normal: np.ndarray, weight: np.ndarray
+) -> tuple[float, float]:
+    """Both ends of the box along an axis, cut back to walls that face in just before them.
+
+    Args:
+        low: The low end [m].
+        high: The high end.
+        place: (N,) coordinates of what paths meet [m].
+        normal: (N,) along the axis.
+        weight: (N,) what it counts.
+    """
+    length = high - low
+    wall_low, wall_high = (
+        sign * _wall(sign * place, sign * normal, weight, sign * end, length)
+        for sign, end in ((1, low), (-1, high))
+    )
+    return wall_low, wall_high
+
+
+def _wall(place: np.ndarray, normal: np.ndarray, weight: np.ndarray, end: float, length: float) -> float:
+    """Where the wall stands that counts most just above a low end; the end if what lies between counts more."""
+    step = max(SAME_WALL * length, 1e-30)
+    near = (normal > STRAIGHT) & (place >= end) & (place <= end + SLIVER * length)
+    if not near.any():
+        return end
+    bins = ((place[near] - end) / step).astype(int)
+    strength = np.bincount(bins, weight[near])
+    wall = float(place[near][bins == strength.argmax()].min())
+    return wall if strength.max() > weight[(place >= end) & (place < wall)].sum() else end
+
+
+def _completed(tracer: Tracer, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both corners, (3,), of a box whose sides are moved out to the ends of the rooms they cut through.
+
+    Args:
+        tracer: The scene.
+        sides: (3, 2) low and high end along each axis [m].
+    """
+    furthest = REACH * (sides[:, 1] - sides[:, 0]).max()
+    out = sides.copy()
+    for axis in range(3):
+        for end, sign in enumerate((-1, 1)):
+            further = sign * (_ahead(tracer, sides, axis, sign) - sides[axis, end])
+            if 0 < further <= furthest:
+                out[axis, end] += sign * further
+    return out[:, 0], out[:, 1]
+
+
+def _ahead(tracer: Tracer, sides: np.ndarray, axis: int, sign: int) -> float:
+    """Where half of the rays end that leave a box through its low (-1) or high (1) side, straight ahead [m]."""
+    time, lane = sampling.clock(0, 0), dr.arange(mi.UInt32, AHEAD)
+    first, second = (sampling.uniform_2d(time, sampling.REGION, lane + k * AHEAD) for k in range(2))
+    share = np.array([first.x, first.y, second.x])
+    # From close to the side: what rays meet then belongs to what lies there.
+    share[axis] = SLIVER * share[axis] if sign < 0 else 1 - SLIVER * share[axis]
+    low, high = sides.T
+    origin = low + share.T * (high - low)
+    direction = mi.Vector3f([float(sign * (a == axis)) for a in range(3)])
+    seen = tracer.intersect(mi.Point3f(origin.T), direction, mi.Bool(True), time=time, stream=sampling.REGION)
+    distance = np.array(dr.select(seen.valid, seen.distance, dr.inf))
+    return float(np.median(origin[:, axis] + sign * distance))

@@ -12,11 +12,13 @@ import numpy as np
 
 from ddgi.backend import use_backend
 from ddgi.errors import SceneError, SettingsError
+from ddgi.scene.added import Added
 from ddgi.scene.camera import Camera, look_at, with_size
 from ddgi.scene.daylight import AddedLights
 from ddgi.scene.scene import Scene
 
 if TYPE_CHECKING:  # it needs no variant, but what it is used with does
+    from ddgi.scene.ceiling import Height
     from ddgi.scene.notes import Notes
 
 MATERIALS = ("full", "diffuse")
@@ -36,6 +38,7 @@ def load_scene(
     sky: str | Sequence[float] | None = None,
     env: str | Path | None = None,
     lights: Sequence[dict[str, Any]] = (),
+    ceiling: Height | None = None,
     materials: str = "full",
 ) -> Scene:
     """Load a scene.
@@ -55,6 +58,8 @@ def load_scene(
             [W/(m^2 sr)] of an even one. Takes the place of the scene's environment.
         env: An `.hdr` or `.exr` picture of the surroundings, latitude by longitude; likewise.
         lights: Point, spot and directional lights to add, each a dictionary as for `mi.load_dict`.
+        ceiling: A white slab to add over the walls: the height of its lower face along `up` [m], or
+            "auto" for the top of the walls.
         materials: "full", or "diffuse" for a comparison: every surface is Lambertian with the albedo
             that the field uses, and glass is gone, here and in the scene's `source`. Shapes handed
             over as Mitsuba objects keep their Lambertian BSDF afterwards.
@@ -72,7 +77,8 @@ def load_scene(
     if materials not in MATERIALS:
         raise SceneError(f"materials must be {' or '.join(MATERIALS)}, not {materials!r}")
     use_backend()
-    scene = _imported(source, AddedLights(sun, sky, env, tuple(lights)), up, materials == "diffuse")
+    added = Added(AddedLights(sun, sky, env, tuple(lights)), ceiling)
+    scene = _imported(source, added, up, materials == "diffuse")
     scene = _seen(scene, camera, look)
     if size is not None:
         scene = replace(scene, cameras=tuple(with_size(c, size) for c in scene.cameras))
@@ -113,7 +119,7 @@ def _looking(scene: Scene, look: Sequence[float]) -> Camera:
 
 def _imported(
     source: str | Path | dict[str, Any],
-    added: AddedLights,
+    added: Added,
     up: str | Sequence[float] | None,
     diffuse: bool,
 ) -> Scene:
@@ -135,7 +141,7 @@ def _imported(
         return import_scene(PluginTree.parse(path), _name(path), added=added, up=axis, diffuse=diffuse)
 
 
-def _gltf(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+def _gltf(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.gltf.description import read_gltf
     from ddgi.scene.notes import Notes
 
@@ -145,7 +151,7 @@ def _gltf(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) 
     return replace(scene, rig=read.rig)
 
 
-def _obj(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+def _obj(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.notes import Notes
     from ddgi.scene.obj.description import read_obj
 
@@ -154,7 +160,7 @@ def _obj(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -
     return _described(path, description, notes, added, up, diffuse, origin)
 
 
-def _ply(path: Path, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+def _ply(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.notes import Notes
     from ddgi.scene.ply import read_ply
 
@@ -165,7 +171,7 @@ def _described(
     path: Path,
     description: dict[str, Any],
     notes: Notes,
-    added: AddedLights,
+    added: Added,
     up: np.ndarray | None,
     diffuse: bool,
     origin: np.ndarray | None,
@@ -187,7 +193,7 @@ def _described(
         raise SceneError(f"{path}: {error}") from error
 
 
-def _built_in(name: str, added: AddedLights, up: np.ndarray | None, diffuse: bool) -> Scene:
+def _built_in(name: str, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.library import BUILT_IN
     from ddgi.scene.mitsuba_scene import import_scene
     from ddgi.scene.plugin_tree import PluginTree

@@ -11,8 +11,10 @@ import numpy as np
 
 from ddgi.box import Box
 from ddgi.errors import SceneError
+from ddgi.scene.added import Added
 from ddgi.scene.camera import Camera
-from ddgi.scene.daylight import AddedLights, default_daylight
+from ddgi.scene.ceiling import Height, describe_ceiling
+from ddgi.scene.daylight import default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
@@ -27,6 +29,7 @@ from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
 
 ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
+CEILING = "added-ceiling"
 OLD_FILTERS = ("trilinear", "ewa")
 OURS = (
     mi.ObjectType.Integrator,
@@ -41,7 +44,7 @@ def import_scene(
     tree: PluginTree,
     name: str,
     *,
-    added: AddedLights,
+    added: Added,
     up: np.ndarray | None = None,
     box: Box | None = None,
     diffuse: bool = False,
@@ -51,9 +54,9 @@ def import_scene(
     """Build the scene that a plugin tree describes; without a camera if it names none.
 
     Args:
-        tree: The parsed scene; lights are added to it, and film, sampler and integrator cleared.
+        tree: The parsed scene; what is added goes in, and film, sampler and integrator cleared.
         name: What to call it.
-        added: Lights to add.
+        added: What to add.
         up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
         box: What probes should cover [m], if the scene's maker says.
         diffuse: Make every surface Lambertian, in the tree as well.
@@ -72,16 +75,19 @@ def import_scene(
     cameras, camera_up = _cameras(tree, notes, moved)
     if up is None:
         up = nearest_axis(camera_up) if camera_up is not None else np.array([0.0, 1.0, 0.0])
-    if added.has_environment:
+    if added.lights.has_environment:
         _drop_environment(tree, notes)
-    if added:
-        move(tree, tree.graft(added.description(up), "added by the caller"), moved)
+    if added.lights:
+        move(tree, tree.graft(added.lights.description(up), "added by the caller"), moved)
 
-    geometry, emitters = _read(tree, name, notes)
-    if origin is None and (moved := _moved(tree, geometry, notes)).any():
+    shapes, emitters = _read(tree, name, notes)
+    if origin is None and (moved := _moved(tree, shapes.geometry, notes)).any():
         unheard = Notes()  # all was said the first time
         cameras, _ = _cameras(tree, unheard, moved)
-        geometry, emitters = _read(tree, name, unheard)
+        shapes, emitters = _read(tree, name, unheard)
+    if added.ceiling is not None:
+        _add_ceiling(tree, shapes, added.ceiling, up, moved, notes)
+    geometry = shapes.geometry
     if diffuse:
         geometry = make_lambertian(tree, geometry)
         notes.add("every surface taken as diffuse, in the path-traced picture as well")
@@ -128,7 +134,7 @@ def _moved(tree: PluginTree, geometry: Geometry, notes: Notes) -> np.ndarray:
     return origin
 
 
-def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterReader]:
+def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, EmitterReader]:
     """Everything in the scene that is seen, and the lights that are not."""
     textures = TextureReader(tree, notes)
     emitters = EmitterReader(tree, textures, notes)
@@ -146,7 +152,18 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[Geometry, EmitterR
         notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
     if geometry.triangles == 0:
         raise SceneError(f"{name}: has no geometry")
-    return geometry, emitters
+    return shapes, emitters
+
+
+def _add_ceiling(
+    tree: PluginTree, shapes: ShapeReader, height: Height, up: np.ndarray, origin: np.ndarray, notes: Notes
+) -> None:
+    """Add a ceiling whose height is in the file's coordinates to a tree that counts from `origin`."""
+    open_scene, below = _assembled(shapes.geometry, None), float(origin @ up)
+    slab, height = describe_ceiling(open_scene, height, up, below)
+    for index in tree.graft({CEILING: slab}, "added by the caller"):
+        shapes.add(index, CEILING)
+    notes.add(f"a ceiling added at a height of {height:.4g}")
 
 
 def _note_metals(geometry: Geometry, notes: Notes) -> None:

@@ -1,0 +1,19 @@
+"""What the caller adds to a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ddgi.scene.daylight import AddedLights
+
+if TYPE_CHECKING:
+    from ddgi.scene.ceiling import Height
+
+
+@dataclass(frozen=True)
+class Added:
+    """See `load_scene` for meaning and units."""
+
+    lights: AddedLights = AddedLights()
+    ceiling: Height | None = None
