@@ -176,7 +176,7 @@ def search(name: str, case: Case) -> dict[str, Any]:
         }
 
     print(f"{name}: {noise:.4f} between halves of the reference, {reference.spp} samples a pixel", flush=True)
-    box = scene.box or region.find(scene.tracer, scene.cameras, scene.bounds)
+    box = scene.box or region.find(scene.tracer, region.look(scene.tracer, scene.cameras), scene.bounds)
     counts = ddgi.IrradianceField.fit(scene, settings).volumes[0].grid.counts
     trials = {"automatic": score("automatic", settings.grid)}
     for label, layout in candidates(box, scene.bounds, case.by_hand, counts):

@@ -14,7 +14,9 @@ ROOM = np.array([[-2.0, 0.0, -3.0], [2.0, 2.5, 3.0]])
 
 
 def found(scene, *cameras):
-    return np.array(region.find(scene.tracer, cameras or scene.cameras, scene.bounds))
+    return np.array(
+        region.find(scene.tracer, region.look(scene.tracer, cameras or scene.cameras), scene.bounds)
+    )
 
 
 def room(low, high, name):

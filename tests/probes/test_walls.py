@@ -1,11 +1,14 @@
 """Where planes of probes stand to the walls they light."""
 
+import mitsuba as mi
 import numpy as np
 import pytest
 
 from ddgi.probes import walls
+from ddgi.probes.field import IrradianceField
 from ddgi.probes.walls import Walls
 from ddgi.scene.load import load_scene
+from probing import diffuse, load, rgb, small
 
 
 def across(*places_and_facings):
@@ -49,3 +52,16 @@ def test_no_plane_stands_in_a_wall(inner):
 def test_nothing_seen_leaves_the_planes_just_inside_the_box():
     empty = Walls(np.zeros(0), np.zeros(0), np.zeros(0))
     assert walls.best_margins(empty, 0.0, 1.0, 5) == (-0.1, -0.1)
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_an_object_seen_from_outside_has_probes_outside(two_sided):
+    """Planes just in front of the faces that the camera sees; else only probes inside would light them."""
+    cube = {"type": "cube", "bsdf": diffuse(0.5, two_sided=two_sided)}
+    sky = {"type": "constant", "radiance": rgb(1.0)}
+    scene = load({"type": "scene", "cube": cube, "sky": sky}, look=(4, 3, 5, 0, 0, 0), up="y")
+    field = IrradianceField.fit(scene, small(grid_counts=None))
+    layout = field.volumes[0].grid
+    last = np.ravel(layout.position(mi.UInt32(layout.size - 1)))
+    ahead = (last - 1) / np.ravel(layout.spacing)
+    assert ((ahead > 0.02) & (ahead < 0.3)).all()

@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.backend import use_backend
-from ddgi.box import moved
+from ddgi.box import Box, moved
 from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, region, volume, walls
 from ddgi.probes.volume import ProbeVolume
@@ -46,10 +46,12 @@ class IrradianceField:
         here = -scene.origin[0], -scene.origin[1], -scene.origin[2]
         if asked:
             box = moved(asked, here)
+            found = walls.find(scene.tracer, box)
         else:
-            box = region.find(scene.tracer, scene.cameras, moved(scene.bounds, here))
-        seen = walls.find(scene.tracer, box) if settings.grid.margin is None else None
-        layout = grid.fit(box, replace(settings.grid, box=None), seen)
+            seen = region.look(scene.tracer, scene.cameras)
+            box = region.find(scene.tracer, seen, moved(scene.bounds, here))
+            found = _walls(scene, seen, box)
+        layout = grid.fit(box, replace(settings.grid, box=None), found)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
         vol = replace(vol, exponent=query.lookup_exponent(settings.query))
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
@@ -78,6 +80,15 @@ class IrradianceField:
         Old light stays visible until the first update replaces it.
         """
         return replace(self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0)) for v in self.volumes])
+
+
+def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:
+    """Walls to fit planes of probes to: those seen from within the box, or, if all look at it from outside, by them."""
+    low, high = np.array(moved(box, scene.origin))
+    eyes = np.array([np.ravel(camera.position) for camera in scene.cameras])
+    if ((eyes >= low) & (eyes <= high)).all(-1).any() or not seen.weight.any():
+        return walls.find(scene.tracer, box)
+    return walls.among(seen.position, seen.normal, seen.weight, box)
 
 
 def irradiance(

@@ -13,6 +13,7 @@ the paths miss may stand there, and all that it sheds on the walls around it wou
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import drjit as dr
@@ -48,18 +49,32 @@ AHEAD = 4096
 """Rays that look for it, on each side."""
 
 
-def find(tracer: Tracer, cameras: Sequence[Camera], bounds: Box) -> Box:
+@dataclass
+class Seen:
+    """Surfaces on the paths that light takes to some cameras."""
+
+    position: np.ndarray  # (N, 3) [m]
+    normal: np.ndarray  # (N, 3) unit, on the side that was seen
+    weight: np.ndarray  # (N,) share of the picture's light that may come from there; 0: nothing was met
+
+
+def look(tracer: Tracer, cameras: Sequence[Camera]) -> Seen:
+    """What paths traced back from cameras meet. There is one at least, and they count alike."""
+    found = [_walk(tracer, camera, number) for number, camera in enumerate(cameras)]
+    position, normal = (np.concatenate([f[i] for f in found]) for i in range(2))
+    return Seen(position, normal, np.concatenate([w / max(w.sum(), 1e-30) for *_, w in found]))
+
+
+def find(tracer: Tracer, seen: Seen, bounds: Box) -> Box:
     """The box around what lights the pictures of some cameras [m].
 
     Args:
         tracer: The scene.
-        cameras: At least one. They count alike.
+        seen: What those cameras see.
         bounds: The box around all geometry; what is found never reaches beyond it, and where cameras
             see nothing it is taken as it is.
     """
-    found = [_walk(tracer, camera, number) for number, camera in enumerate(cameras)]
-    position, normal = (np.concatenate([f[i] for f in found]) for i in range(2))
-    weight = np.concatenate([w / max(w.sum(), 1e-30) for *_, w in found])
+    position, normal, weight = seen.position, seen.normal, seen.weight
     if not weight.any():
         return bounds
     sides = [

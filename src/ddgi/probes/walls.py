@@ -49,12 +49,30 @@ def find(tracer: Tracer, box: tuple[tuple[float, ...], tuple[float, ...]]) -> li
     origin = low + mi.Vector3f(uniform[0].x, uniform[0].y, uniform[1].x) * (high - low)
     direction = mi.warp.square_to_uniform_sphere(uniform[2])
     seen = tracer.intersect(origin, direction, mi.Bool(True), time=time, stream=sampling.WALLS)
-    front = np.array(seen.lit)
-    position, normal = np.array(seen.position).T[front], np.array(seen.geometric_normal).T[front]
-    return [_across(position[:, a], normal[:, a], box[0][a], box[1][a]) for a in range(3)]
+    position, normal = np.array(seen.position).T, np.array(seen.geometric_normal).T
+    return among(position, normal, np.array(seen.lit, np.float64), box)
 
 
-def _across(place: np.ndarray, cosine: np.ndarray, low: float, high: float) -> Walls:
+def among(
+    position: np.ndarray,
+    normal: np.ndarray,
+    weight: np.ndarray,
+    box: tuple[tuple[float, ...], tuple[float, ...]],
+) -> list[Walls]:
+    """The axis-aligned walls among surfaces, for x, y and z.
+
+    Args:
+        position: (N, 3) places on them [m].
+        normal: (N, 3) unit, on the side that counts.
+        weight: (N,) how much each counts.
+        box: What they are walls of [m].
+    """
+    some = weight > 0
+    position, normal, weight = position[some], normal[some], weight[some]
+    return [_across(position[:, a], normal[:, a], weight, box[0][a], box[1][a]) for a in range(3)]
+
+
+def _across(place: np.ndarray, cosine: np.ndarray, weight: np.ndarray, low: float, high: float) -> Walls:
     """Gather hits into walls: those of one facing within a thousandth of the box are one."""
     aligned = (
         (np.abs(cosine) > STRAIGHT)
@@ -63,9 +81,11 @@ def _across(place: np.ndarray, cosine: np.ndarray, low: float, high: float) -> W
     )
     step = max(high - low, 1e-9) * 1e-3
     keys = np.stack([np.round(place[aligned] / step), np.sign(cosine[aligned])], 1)
-    walls, index, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    mean = np.bincount(index.ravel(), place[aligned], len(walls)) / np.maximum(count, 1)
-    return Walls(mean, walls[:, 1], count / max(count.sum(), 1))
+    walls, index = np.unique(keys, axis=0, return_inverse=True)
+    total, sums = (
+        np.bincount(index.ravel(), w, len(walls)) for w in (weight[aligned], (weight * place)[aligned])
+    )
+    return Walls(sums / np.maximum(total, 1e-300), walls[:, 1], total / max(total.sum(), 1e-300))
 
 
 def best_margins(walls: Walls, low: float, high: float, count: int) -> tuple[float, float]:
