@@ -10,7 +10,7 @@ from ddgi import load_scene
 from ddgi.config import load_settings
 from ddgi.passes.tone import tone_map
 from ddgi.still import still
-from gltf_writing import shapes_of, triangles
+from gltf_writing import shapes_of
 
 HERE = Path(__file__).parent / "encodings"
 EXACT, QUANTIZED = ("sparse",), ("quantized", "draco", "meshopt")
