@@ -22,7 +22,13 @@ WORDS = (
     b"vt", b"usemtl", b"newmtl", b"mtllib", b"map_Kd", b"-s", b"-o", b"illum", b"\\", b"#", b"\xff", b"\0", b"9" * 5000,
     b"../../etc/passwd", b"list", b"uchar", b"float", b"end_header", b"4294967295", b"element", b"property", b"vertex",
 )  # fmt: skip
-RUNS = (b"\0", b"\xff", struct.pack("<f", float("nan")), struct.pack("<f", float("inf")), struct.pack("<f", 1e38))
+RUNS = (
+    b"\0",
+    b"\xff",
+    struct.pack("<f", float("nan")),
+    struct.pack("<f", float("inf")),
+    struct.pack("<f", 1e38),
+)
 
 
 class JsonDamage:

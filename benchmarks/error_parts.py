@@ -24,10 +24,10 @@ from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 
 import drjit as dr
 import mitsuba as mi
-from studies import RESULTS, View, judged, machine, trials
 
 from ddgi.probes import query
 from ddgi.trace.surface import offset_origin
+from studies import RESULTS, View, judged, machine, trials
 
 VIEWS = (
     View("cornell-point", materials="diffuse", size=(240, 240)),

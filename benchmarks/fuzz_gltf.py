@@ -23,6 +23,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import click
+
 import damage
 import fuzz_seeds
 from contained import Outcome, outcome, outcomes

@@ -65,7 +65,7 @@ PICTURE = png(np.arange(48).reshape(4, 4, 3) * 5)
 
 
 def documents() -> list[Document]:
-    """glTF files taken apart."""
+    """GlTF files taken apart."""
     files = sorted((TESTS / "scene" / "gltf" / "encodings").glob("*.glb"))
     return [_rich(), _still_richer(), *(taken_apart(file.read_bytes()) for file in files)]
 
@@ -153,12 +153,16 @@ def _still_richer() -> Document:
         "COLOR_0": colors,
     }
     for mode, mesh in enumerate((5, 6, 0), 1):
-        writer.node(mesh=writer.mesh(indices=[0, 1, 3, 2], primitive={"mode": mesh}, **strided), translation=[mode, 0, 0])
+        writer.node(
+            mesh=writer.mesh(indices=[0, 1, 3, 2], primitive={"mode": mesh}, **strided),
+            translation=[mode, 0, 0],
+        )
     moved = writer.accessor([[0, 0, 0], [2, 0, 0], [4, 0, 0]])
     turned = writer.accessor([[0, 0, 0, 1], [0, 127, 0, 0], [0, 0, 127, 0]], "i1", normalized=True)
     instancing = {"TRANSLATION": moved, "ROTATION": turned, "SCALE": writer.accessor(np.ones((3, 3)))}
     writer.node(
-        mesh=writer.mesh(POSITION=position), extensions={"EXT_mesh_gpu_instancing": {"attributes": instancing}}
+        mesh=writer.mesh(POSITION=position),
+        extensions={"EXT_mesh_gpu_instancing": {"attributes": instancing}},
     )
     sparse = {
         "count": 2,

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import click
 import numpy as np
-from studies import FILES, PICTURES
 
 import ddgi
 from ddgi.config import load_settings
@@ -22,6 +21,7 @@ from ddgi.output import save_display
 from ddgi.passes.tone import tone_map
 from ddgi.scene.camera import Camera, look_at
 from ddgi.still import still
+from studies import FILES, PICTURES
 
 FEATURES = FILES / "gltf-features"
 COLUMNS = 7

@@ -21,6 +21,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
+
 from contained import Outcome, outcome, outcomes
 from fuzz_seeds import TESTS, taken_apart
 from gltf_writing import CORNERS, SQUARE, SQUARE_UV, Writer, glb_bytes
@@ -91,12 +92,16 @@ def mistakes(path: Path) -> list[str]:
 
 
 def shown(path: Path, folder: Path) -> Path:
-    """A copy of a file that loads, showing all it has, in a folder with what lies beside it."""
+    """A copy of a file that loads, showing all it has, in a folder with the files that it names."""
     data = path.read_bytes()
-    document, binary = taken_apart(data) if path.suffix == ".glb" else (json.loads(data.decode("utf-8-sig")), b"")
-    shutil.copytree(path.parent, folder, dirs_exist_ok=True)
+    document, binary = (
+        taken_apart(data) if path.suffix == ".glb" else (json.loads(data.decode("utf-8-sig")), b"")
+    )
     copied = folder / f"shown-{path.name}"
     text = json.dumps(_with_all_shown(document)).encode()
+    for beside in path.parent.iterdir():
+        if beside.name.encode() in text:
+            shutil.copy(beside, folder)
     copied.write_bytes(glb_bytes(text, binary) if path.suffix == ".glb" else text)
     return copied
 

@@ -24,6 +24,7 @@ from ddgi.scene.scene import Scene
 from ddgi.scene.sensors import CAMERAS, default_camera, read_camera, sensor_up
 from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
+from ddgi.scene.validate import check_bounds
 
 ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
 OLD_FILTERS = ("trilinear", "ewa")
@@ -84,8 +85,7 @@ def import_scene(
 
     mi_scene = _assembled(geometry, emitters.environment)
     bounds = _point(mi_scene.bbox().min), _point(mi_scene.bbox().max)
-    if not np.isfinite(bounds).all():
-        raise SceneError(f"{name}: its bounding box is not finite")
+    check_bounds(bounds, name)
     if not cameras:
         notes.add("no camera in the scene: one added that looks along the box")
         cameras = [default_camera(box or bounds, up)]
