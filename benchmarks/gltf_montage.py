@@ -3,11 +3,12 @@
     python benchmarks/gltf_montage.py            # all, into docs/pictures
     python benchmarks/gltf_montage.py Texture -o /tmp/textures.png --size 640x480
 
-Files without light of their own get a sun and an even sky. What shows no triangle has no tile.
+Files without light of their own get three parallel lights and a dim sky. What shows no triangle has no tile.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -29,12 +30,17 @@ FRONT, ABOVE = (0.25, 0.3, 1.0), (0.2, 1.0, 0.55)
 """Towards the viewer, by default and for what lies flat."""
 DIRECTIONS = {
     "AlphaBlendModeTest": (0, 0, 1), "TextureSettingsTest": (0, 0, 1), "TextureTransformTest": (0, 0, 1),
-    "TextureCoordinateTest": (0, 0, 1), "OrientationTest": (0.5, 0.6, 1),
+    "TextureCoordinateTest": (0, 0, 1), "OrientationTest": (0.5, 0.6, 1), "22_vertex_color": (0.2, -1, 0.5),
 }  # fmt: skip
-OWN_LIGHT = ("14_emission_strength", "light", "05_metallic_sphere_light")
+OWN_LIGHT = ("14_emission_strength",)
 SETTINGS = ("grid.budget=500", "rays.per_probe=64", "direct.environment=sampled", "tone.curve=linear")
 FIELD_OF_VIEW = 40.0
-SUN, SKY = (35.0, 50.0, 2.0), (0.45, 0.45, 0.45)
+SKY = (0.2, 0.2, 0.2)
+LIGHTS = tuple(
+    {"type": "directional", "direction": towards, "irradiance": {"type": "rgb", "value": strength}}
+    for towards, strength in (((-0.5, -1, -0.8), 1.5), ((1, -0.3, -0.6), 0.7), ((0.2, 1, -0.5), 0.5))
+)
+"""From above, from the side, and a weak one from below."""
 
 
 def framed(scene: ddgi.Scene, name: str, size: tuple[int, int]) -> Camera:
@@ -59,18 +65,15 @@ def tile(path: Path, size: tuple[int, int], frames: int) -> Tile | None:
     """A file's picture; None without triangles."""
     own = path.stem in OWN_LIGHT
     try:
-        scene = ddgi.load_scene(path, sun=None if own else SUN, sky=None if own else SKY)
+        scene = ddgi.load_scene(path) if own else ddgi.load_scene(path, sky=SKY, lights=LIGHTS)
     except SceneError as error:
         print(path.stem, error, sep=": ", flush=True)
         return None
-    scene = ddgi.load_scene(
-        path, camera=framed(scene, path.stem, size), sun=None if own else SUN, sky=None if own else SKY
-    )
-    settings = load_settings("default", None, SETTINGS)
+    scene = replace(scene, cameras=(framed(scene, path.stem, size),))
+    settings = load_settings("default", None, (*SETTINGS, "tone.exposure=-1" if own else "tone.exposure=0.5"))
     frame = still(scene, settings, frames, lambda: None).frame
-    tone = load_settings("default", None, (*SETTINGS, *(() if own else ("tone.exposure=0",)))).tone
     print(path.stem, *scene.notes, sep="\n    ", flush=True)
-    return Tile(path.stem, np.rint(tone_map(frame.numpy(), tone) * 255).astype(np.uint8))
+    return Tile(path.stem, np.rint(tone_map(frame.numpy(), settings.tone) * 255).astype(np.uint8))
 
 
 @click.command()
