@@ -124,6 +124,7 @@ def hand_made(
         layout,
         formats.pack(formats.IRRADIANCE[s.irradiance_format], mi.Color3f(*_lanes(stored)), mi.Float(0.5)),
         formats.pack(formats.DISTANCE[s.distance_format], mi.Vector2f(*_lanes(distances)), mi.Float(0.5)),
+        None,
         dr.opaque(mi.UInt32, 1),
         texel_fit(s.irradiance_size),
     )

@@ -78,6 +78,40 @@ def test_respond_counts_frames(run, tmp_path):
     assert lines[:2] == [f"off  {found['off_frames']}", f"on   {found['on_frames']}"]
 
 
+def test_info_prints_what_there_is(run):
+    code, out, err = run("info", "cornell-point", "--set", "grid.counts=[4,5,6]")
+    assert code == 0, err
+    first, *rows = out.splitlines()
+    rows = dict(row.split(maxsplit=1) for row in rows)
+    assert first == "cornell-point"
+    assert rows["geometry"] == "34 triangles in 7 shapes"
+    assert rows["lights"] == "1 point"
+    assert rows["units"].startswith("metres, ")
+    assert rows["probes"].startswith("120 (4x5x6, ")
+    assert rows["memory"].startswith("4,192 bytes per probe, 0.503 MB")
+    assert "warning:" not in out
+
+
+def test_info_warns_and_still_succeeds(run):
+    code, out, _ = run("info", "cornell-point", "--set", "grid.box=[[-0.2,-0.2,-0.2],[0.2,0.2,0.2]]")
+    assert code == 0
+    warnings = [line for line in out.splitlines() if line.startswith("warning: ")]
+    assert any("lies outside the volume" in line for line in warnings)
+
+
+def test_info_figures(run, tmp_path):
+    path = tmp_path / "a.json"
+    code, out, _ = run("info", "cornell-point", "--point", "0,9,0,1,1,1", "--size", "40x30", "--json", path)
+    assert code == 0
+    assert out.startswith("cornell-point\n")
+    found = json.loads(path.read_text())
+    assert found["cameras"][0]["size"] == [40, 30]
+    assert [light["name"] for light in found["lights"] if light["outside"]] == ["added-light-0"]
+    assert [warning["kind"] for warning in found["warnings"]] == ["light-outside"]
+    code, out, _ = run("info", "cornell-point", "--point", "0,9,0,1,1,1", "--size", "40x30", "--json", "-")
+    assert json.loads(out) == found
+
+
 def test_same_seed_same_picture(run, tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         assert run("render", "cornell", "-o", tmp_path / f"{name}.exr", "--seed", seed, *QUICK)[0] == 0
@@ -146,6 +180,7 @@ def test_help_and_version(run):
         ["bench", "-h"],
         ["flicker", "-h"],
         ["respond", "-h"],
+        ["info", "-h"],
         ["--version"],
     ):
         code, out, err = run(*arguments)
@@ -210,6 +245,11 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["respond", "cornell", "--light", "sun"], "no light 'sun': there are light (area)"),
         (["respond", "house", "--light", "1"], "no light '1': there are sun (directional)"),
         (["bench", "--preset", "best"], "unknown preset"),
+        (["info", "no-such-scene"], "no scene 'no-such-scene'"),
+        (["info", "none.glb"], "none.glb: file not found"),
+        (["info", "cornell", "--json", "none/a.json"], "there is no folder"),
+        (["info", "cornell", "--set", "grid.box=[[5,5,5],[6,6,6]]"], "wholly outside the scene"),
+        (["info", "cornell", "--set", "grid.counts=[4096,4096,4096]"], "the budget is 4,096 MB"),
     ],
 )
 def test_bad_input_is_one_line(refused, arguments, message):
@@ -250,6 +290,8 @@ def test_bad_pictures_are_one_line(refused, tmp_path):
     "arguments",
     [
         ["render"],
+        ["info"],
+        ["info", "cornell", "-o", "a.png"],
         ["render", "cornell"],
         ["nonsense"],
         ["render", "cornell", "-o", "a.png", "--size", "0x9"],
@@ -281,7 +323,7 @@ def test_a_light_without_effect_is_one_line():
 
 
 def test_no_command_is_misuse(refused):
-    assert "render, compare, flicker, respond, bench, scenes or presets" in refused(code=2)
+    assert "render, info, compare, flicker, respond, bench, scenes or presets" in refused(code=2)
 
 
 def test_debug_shows_the_traceback(run, tmp_path):

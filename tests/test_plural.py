@@ -1,8 +1,8 @@
-"""Numbers of things."""
+"""Numbers in words."""
 
 import pytest
 
-from ddgi.plural import counted
+from ddgi.plural import counted, percent
 
 
 @pytest.mark.parametrize(
@@ -10,3 +10,8 @@ from ddgi.plural import counted
 )
 def test_one_is_singular(number, text):
     assert counted(number, "frame") == text
+
+
+@pytest.mark.parametrize(("share", "text"), [(0.0, "0 %"), (0.126, "13 %"), (1.0, "100 %")])
+def test_shares_are_whole_percents(share, text):
+    assert percent(share) == text

@@ -134,6 +134,16 @@ def take_picture(
     """Light what the camera sees, and add it to the picture so far."""
     surface = gbuffer(tracer, camera, time, s.gbuffer)
     shaded = shade(
-        tracer, lights, field, surface, tracer.materials.any_specular, time, s.direct, s.volume, s.query
+        tracer,
+        lights,
+        field,
+        surface,
+        tracer.materials.any_specular,
+        time,
+        s.direct,
+        s.volume,
+        s.query,
+        s.gather,
+        s.contact,
     )
     return accumulate(previous, surface, shaded, s.picture)

@@ -24,7 +24,11 @@ import mitsuba as mi
     ROUNDING,
     WALLS,
     REGION,
-) = range(11)
+    PIXEL_CONTACT,
+    PROBE_CONTACT,
+    SURVEY,
+    SURVEY_ALPHA,
+) = range(15)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 

@@ -11,7 +11,7 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.lighting import direct
 from ddgi.passes import gbuffer, picture, tone
-from ddgi.probes import blend, gather, grid, query, rays, volume
+from ddgi.probes import blend, contact, gather, grid, query, rays, volume
 from ddgi.settings_group import settings_group
 
 
@@ -28,6 +28,7 @@ class RenderSettings:
     gather: gather.Settings = gather.Settings()
     blend: blend.Settings = blend.Settings()
     query: query.Settings = query.Settings()
+    contact: contact.Settings = contact.Settings()
     direct: direct.Settings = direct.Settings()
     gbuffer: gbuffer.Settings = gbuffer.Settings()
     picture: picture.Settings = picture.Settings()

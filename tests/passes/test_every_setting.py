@@ -56,12 +56,15 @@ MAPS = {
     "query.bias": ("mff", {}),
     "query.bias_scale": (1.5, {}),
     "query.sqrt_blending": (True, {}),
+    "volume.radiance_size": (4, {"volume_radiance_size": 8, "contact_hits": 2.0}),
+    "contact.hits": (2.0, {"volume_radiance_size": 8}),
     "direct.area": ("field", {}),
     "direct.environment": ("sampled", {}),
     "direct.probe_samples": (2, {}),
 }
 PICTURE = {
     "direct.camera_samples": (2, {}),
+    "contact.pixels": (2.0, {"volume_radiance_size": 8}),
     "gbuffer.antialias": (False, {}),
     "tone.exposure": (3.0, {}),
     "tone.curve": ("linear", {}),

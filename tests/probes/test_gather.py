@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ddgi.probes import volume
+from ddgi.probes.bounce import Illumination
 from ddgi.probes.directions import frame_directions
 from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
 from ddgi.probes.gather import gather
@@ -31,7 +32,11 @@ def brought_back(scene, field, s, tick=0):
     time = clock(s.seed, tick)
     rays = spawn(field.volumes[0].grid, time, s.rays)
     return rays, gather(
-        scene.tracer, scene.lights, field.volumes[0], rays, time, s.gather, s.direct, s.query, s.volume
+        Illumination(
+            scene.tracer, scene.lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume
+        ),
+        rays,
+        s.contact,
     )
 
 

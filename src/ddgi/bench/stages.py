@@ -17,6 +17,7 @@ from ddgi.passes.gbuffer import gbuffer
 from ddgi.passes.picture import accumulate
 from ddgi.passes.shade import shade
 from ddgi.probes import blend as blending
+from ddgi.probes.bounce import Illumination
 from ddgi.probes.gather import gather
 from ddgi.probes.rays import spawn
 from ddgi.sampling import clock
@@ -61,18 +62,21 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
         rays = watch("spawn rays", spawn, vol.grid, time, s.rays)
         found = watch(
             "trace and shade", gather,
-            tracer, lights, vol, rays, time, s.gather, s.direct, s.query, s.volume,
+            Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume), rays, s.contact,
         )  # fmt: skip
         alpha = blending.hysteresis(vol.age, s.blend)
         watch(
             "blend irradiance", blending._blend_irradiance,
             vol, found, alpha, time, s.volume, s.blend, s.query,
         )  # fmt: skip
+        if s.volume.radiance_size:
+            watch("blend radiance", blending._blend_radiance, vol, found, alpha, time, s.volume)
         watch("blend distance", blending._blend_distance, vol, found, alpha, time, s.volume, s.blend)
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
     shaded = watch(
         "light pixels", shade,
         tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query,
+        s.gather, s.contact,
     )  # fmt: skip
     watch("add to picture", accumulate, steady.frame.picture, surface, shaded, s.picture)
     return watch

@@ -1,4 +1,4 @@
-"""The command line: `ddgi render`, `scenes`, `presets`, `compare`, `flicker`, `respond` and `bench`.
+"""The command line: `ddgi render`, `info`, `scenes`, `presets`, `compare`, `flicker`, `respond` and `bench`.
 
 Every failure ends as one readable line and an exit code: 1 for what the package refuses, 2 for a
 wrong use of the command line, 130 after Ctrl-C. `--debug` shows the traceback.

@@ -8,6 +8,7 @@ from ddgi import __version__
 from ddgi.cli.bench import bench
 from ddgi.cli.compare import compare
 from ddgi.cli.flicker import flicker
+from ddgi.cli.info import info
 from ddgi.cli.listings import presets, scenes
 from ddgi.cli.render import render
 from ddgi.cli.respond import respond
@@ -19,5 +20,5 @@ def commands() -> None:
     """Light scenes with ray-traced irradiance probes (dynamic diffuse global illumination)."""
 
 
-for command in (render, scenes, presets, compare, flicker, respond, bench):
+for command in (render, info, scenes, presets, compare, flicker, respond, bench):
     commands.add_command(command)

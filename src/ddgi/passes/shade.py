@@ -10,7 +10,8 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.lighting import brdf, direct
 from ddgi.lighting.lights import Lights, environment_radiance
-from ddgi.probes import query, volume
+from ddgi.probes import contact, gather, query, volume
+from ddgi.probes.bounce import Illumination
 from ddgi.probes.field import IrradianceField, irradiance
 from ddgi.sampling import Clock
 from ddgi.trace.surface import Surface
@@ -37,8 +38,10 @@ def shade(
     direct_settings: direct.Settings,
     layout: volume.Settings,
     query_settings: query.Settings,
+    gather_settings: gather.Settings,
+    contact_settings: contact.Settings,
 ) -> Shaded:
-    """Light each pixel: lights exactly or sampled, everything else from the field."""
+    """Light each pixel: lights exactly or sampled, everything else from the field and what is near."""
     arriving = direct.direct_light(
         tracer, lights, surface, direct_settings,
         time=time, stream=sampling.PIXEL_LIGHT, samples=direct_settings.camera_samples, specular=specular,
@@ -53,6 +56,11 @@ def shade(
         query_settings,
         surface.distance,
     )
+    if contact_settings.pixels > 0:
+        by = Illumination(
+            tracer, lights, field.volumes[0], time, gather_settings, direct_settings, query_settings, layout
+        )
+        ambient += contact.near_light(by, surface, contact_settings.pixels, sampling.PIXEL_CONTACT)
     ambient = dr.select(surface.lit, ambient, mi.Color3f(0))
     background = environment_radiance(lights, -surface.to_viewer, ~surface.valid)
     return Shaded(

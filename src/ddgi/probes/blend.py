@@ -78,6 +78,7 @@ def blend(
         vol,
         irradiance=_blend_irradiance(vol, found, alpha, time, layout, s, q),
         distance=_blend_distance(vol, found, alpha, time, layout, s),
+        radiance=_blend_radiance(vol, found, alpha, time, layout) if layout.radiance_size else None,
         age=vol.age + 1,
     )
 
@@ -96,18 +97,42 @@ def _blend_irradiance(vol, found, alpha, time, layout, s, q):
     weights /= at_least(dr.sum(weights, axis=1)[:, None], 1e-6)
     if s.fit_texels:
         weights = vol.texel_fit.apply(weights)
-    probes, texels = vol.grid.size, size * size
-    new = _weighted_sums(weights, dr.ravel(found.radiance), 3, probes)  # (3 P, texels)
-
-    lane = dr.arange(mi.UInt32, probes * (size + 2) ** 2)
-    probe, texel = _source_texel(lane, size)
-    mean = mi.Color3f([dr.gather(mi.Float, new, (probe * 3 + c) * texels + texel) for c in range(3)])
+    lane = dr.arange(mi.UInt32, vol.grid.size * (size + 2) ** 2)
+    mean = _mean_radiance(vol, found, weights, size, lane)
     mean = at_least(mean, 0)  # fitted weights go a little below zero
-    old = formats.read(fmt, vol.irradiance, probe * (size + 2) ** 2 + bordered(texel, size), mi.Bool(True))
+    old = _old(fmt, vol.irradiance, size, lane)
     # Blend S^(1/gamma); the map holds S^k.
     k = query.lookup_exponent(q)
     mixed = dr.lerp(_power(mean, 1 / s.gamma), _power(old, 1 / (s.gamma * k)), alpha)
     return formats.pack(fmt, _power(mixed, s.gamma * k), _dither(fmt, 16, time, lane, 0))
+
+
+def _blend_radiance(vol, found, alpha, time, layout):
+    """Radiance as it arrives, in lobes as wide as a texel: a mean that nothing bends."""
+    size, fmt = layout.radiance_size, formats.IRRADIANCE[layout.irradiance_format]
+    # A lobe cos^n has 2 pi / (n + 1) of solid angle, a texel 4 pi / size^2.
+    weights = _weights(size, found.directions, max(1.0, size * size / 2 - 1))
+    weight = dr.sum(weights, axis=1)
+    lane = dr.arange(mi.UInt32, vol.grid.size * (size + 2) ** 2)
+    mean = _mean_radiance(vol, found, weights / at_least(weight[:, None], SMALLEST_WEIGHT), size, lane)
+    old = _old(fmt, vol.radiance, size, lane)
+    seen = dr.gather(mi.Float, weight.array, _source_texel(lane, size)[1]) > SMALLEST_WEIGHT
+    mixed = dr.select(seen, dr.lerp(mean, old, alpha), old)
+    return formats.pack(fmt, mixed, _dither(fmt, 16, time, lane, 2))
+
+
+def _mean_radiance(vol, found, weights, size, lane) -> mi.Color3f:
+    """Weighted sums of what the rays brought back, for the texels of the bordered maps. (P (size + 2)^2,)."""
+    probes, texels = vol.grid.size, size * size
+    sums = _weighted_sums(weights, dr.ravel(found.radiance), 3, probes)  # (3 P, texels)
+    probe, texel = _source_texel(lane, size)
+    return mi.Color3f([dr.gather(mi.Float, sums, (probe * 3 + c) * texels + texel) for c in range(3)])
+
+
+def _old(fmt: formats.Format, store, size: int, lane: mi.UInt32):
+    """What bordered maps held before: their borders are read from where they came. (P (size + 2)^2,)."""
+    probe, texel = _source_texel(lane, size)
+    return formats.read(fmt, store, probe * (size + 2) ** 2 + bordered(texel, size), mi.Bool(True))
 
 
 def _blend_distance(vol, found, alpha, time, layout, s):
@@ -125,7 +150,7 @@ def _blend_distance(vol, found, alpha, time, layout, s):
     # Without a mask all rays count, so the weights' sum is the same for all probes.
     weight = column[2] if len(channels) == 3 else dr.gather(mi.Float, dr.sum(weights, axis=1).array, texel)
     new = mi.Vector2f(column[0], column[1]) / at_least(weight, 1e-12)
-    old = formats.read(fmt, vol.distance, probe * (size + 2) ** 2 + bordered(texel, size), mi.Bool(True))
+    old = _old(fmt, vol.distance, size, lane)
     # A texel that no ray came near keeps its old value; with none, nothing is near.
     nothing = dr.select(vol.age == 0, mi.Vector2f(1), old)
     moments = dr.select(weight > SMALLEST_WEIGHT, dr.lerp(new, old, alpha), nothing)
@@ -182,7 +207,7 @@ def _source_texel(lane: mi.UInt32, size: int) -> tuple[mi.UInt32, mi.UInt32]:
 def _dither(fmt: formats.Format, exact_bytes: int, time: Clock, lane: mi.UInt32, which: int) -> mi.Float:
     if fmt.bytes == exact_bytes:
         return mi.Float(0)
-    return uniform_2d(time, sampling.ROUNDING, lane * 2 + which).x
+    return uniform_2d(time, sampling.ROUNDING, lane * 3 + which).x
 
 
 def _power(x, exponent: float):

@@ -35,9 +35,10 @@ class IrradianceField:
 
         Raises:
             SettingsError: The volume is impossible, lies wholly outside the scene, or needs more
-                memory than `grid.memory_limit`.
+                memory than `grid.memory_limit`; or `contact` is on without maps of radiance.
         """
         use_backend()
+        _check_contact(settings)
         box = settings.grid.box or scene.box or region.find(scene.tracer, scene.cameras, scene.bounds)
         if not all(a <= d and c <= b for a, b, c, d in zip(*box, *scene.bounds, strict=True)):
             raise SettingsError(f"grid.box {box} lies wholly outside the scene, {scene.bounds}")
@@ -53,6 +54,7 @@ class IrradianceField:
         Raises:
             SettingsError: The field was fitted with other settings; says which.
         """
+        _check_contact(settings)
         for vol in self.volumes:
             if vol.layout is not None and vol.layout != settings.volume:
                 raise SettingsError("the field was fitted with other `volume` settings: fit a new one")
@@ -87,12 +89,29 @@ def irradiance(
     return query.irradiance(vol, position, normal, to_viewer, active, layout, s, None, view_distance)
 
 
+def _check_contact(settings: RenderSettings) -> None:
+    if not settings.volume.radiance_size and (settings.contact.pixels > 0 or settings.contact.hits > 0):
+        raise SettingsError("`contact` needs the probes' radiance: set volume.radiance_size=8")
+
+
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
     """The irradiance maps as an array, for notebooks: (P, n, n, 3) irradiance E [W/m^2], no borders."""
     size = settings.volume.irradiance_size
     fmt = formats.IRRADIANCE[settings.volume.irradiance_format]
     stored = _texels(field.volumes[0].irradiance, fmt, size)
     return np.pi * stored ** (1 / query.lookup_exponent(settings.query))
+
+
+def radiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
+    """The radiance maps as an array: (P, n, n, 3) radiance [W/(m^2 sr)], no borders.
+
+    Raises:
+        SettingsError: There are none: `volume.radiance_size` is 0.
+    """
+    size = settings.volume.radiance_size
+    if not size:
+        raise SettingsError("the field keeps no radiance: fit one with volume.radiance_size=8")
+    return _texels(field.volumes[0].radiance, formats.IRRADIANCE[settings.volume.irradiance_format], size)
 
 
 def distance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:

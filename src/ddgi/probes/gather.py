@@ -15,16 +15,12 @@ from annotated_types import Interval
 from typing_extensions import Doc
 
 from ddgi import sampling
-from ddgi.lighting import direct
 from ddgi.lighting.guard import finite
-from ddgi.lighting.lights import Lights, environment_radiance
-from ddgi.probes import query, volume
+from ddgi.probes import contact
+from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
 from ddgi.probes.rays import ProbeRays
-from ddgi.probes.volume import ProbeVolume
-from ddgi.sampling import Clock
 from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, offset_origin
-from ddgi.trace.tracer import Tracer
 
 
 @settings_group("gather")
@@ -70,83 +66,45 @@ class Gathered:
     non_finite: mi.UInt32  # (1,) rays whose radiance was not a number, counted as black
 
 
-def gather(
-    tracer: Tracer,
-    lights: Lights,
-    vol: ProbeVolume,
-    rays: ProbeRays,
-    time: Clock,
-    s: Settings,
-    direct_settings: direct.Settings,
-    query_settings: query.Settings,
-    layout: volume.Settings,
-) -> Gathered:
+def gather(by: Illumination, rays: ProbeRays, s: contact.Settings) -> Gathered:
     """Trace this frame's rays and shade what they hit with the lights and last frame's field."""
-    surface = tracer.intersect(
-        rays.origin, rays.direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA, coherent=True
+    surface = by.tracer.intersect(
+        rays.origin, rays.direction, mi.Bool(True), time=by.time, stream=sampling.PROBE_ALPHA, coherent=True
     )
-    first = _arriving(lights, surface, rays.direction, direct_settings)
-    reflected = _reflected(tracer, lights, vol, surface, time, s, direct_settings, query_settings, layout)
-    radiance = first + reflected
-    radiance, bad = finite(radiance)
-    distance = surface.distance * dr.rcp(vol.reach(layout))
-    distance = dr.select(surface.back, distance * s.back_face_distance, distance)
+    radiance, bad = finite(arriving(by, surface, rays.direction) + _along_path(by, surface, s))
+    distance = surface.distance * dr.rcp(by.vol.reach(by.layout))
+    distance = dr.select(surface.back, distance * by.gather.back_face_distance, distance)
     dr.eval(radiance, distance, bad)  # one kernel: each later use alone would trace the rays again
     return Gathered(rays.directions, radiance, distance, bad)
 
 
-def _arriving(lights, surface: Surface, direction, s: direct.Settings) -> mi.Color3f:
-    """Light of emitters that the ray meets itself, if they are left to the field."""
-    radiance = mi.Color3f(0)
-    if s.area == "field":
-        radiance += surface.emission
-    if s.environment == "field" and lights.environment is not None:
-        radiance += environment_radiance(lights, direction, ~surface.valid)
-    return radiance
-
-
-def _feedback(vol, surface: Surface, time: Clock, s: Settings, q: query.Settings, layout) -> mi.Color3f:
-    """Irradiance of last frame's field at the hits."""
-    tap = None
-    if s.taps == "stochastic":
-        lane = dr.arange(mi.UInt32, dr.width(surface.distance))
-        tap = sampling.uniform_2d(time, sampling.PROBE_TAP, lane)
-    return query.irradiance(
-        vol,
-        surface.position,
-        surface.normal,
-        surface.to_viewer,
-        surface.lit,
-        layout,
-        q,
-        tap,
-        surface.distance,
-    )
-
-
-def _reflected(
-    tracer, lights, vol, surface: Surface, time: Clock, s: Settings, d: direct.Settings, q, layout
-):
+def _along_path(by: Illumination, surface: Surface, s: contact.Settings) -> mi.Color3f:
     """Radiance that first hits reflect, by a path of `path_length` surfaces and, at its end, the field."""
-    width = dr.width(surface.distance)
+    width, last = dr.width(surface.distance), by.gather.path_length
     lane = dr.arange(mi.UInt32, width)
     radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
-    for length in range(1, s.path_length + 1):
-        lit = direct.direct_light(
-            tracer, lights, surface, d,
-            time=time, stream=sampling.PROBE_LIGHT, samples=d.probe_samples, specular=False,
-        )  # fmt: skip
-        irradiance = lit.irradiance
-        if length == s.path_length and s.bounces == "field":
-            irradiance += _feedback(vol, surface, time, s, q, layout) * s.energy_preservation
-        throughput = dr.select(surface.lit, throughput * surface.albedo, mi.Color3f(0))
-        radiance += throughput * irradiance * dr.inv_pi
-        if length == s.path_length:
+    for length in range(1, last + 1):
+        irradiance = from_lamps(by, surface, sampling.PROBE_LIGHT)
+        if length == last and by.gather.bounces == "field":
+            irradiance += _ambient(by, surface, s)
+        radiance += throughput * reflected(surface, irradiance)
+        if length == last:
             break
-        sample = sampling.uniform_2d(time, sampling.PROBE_PATH, lane * s.path_length + (length - 1))
+        throughput = dr.select(surface.lit, throughput * surface.albedo, mi.Color3f(0))
+        sample = sampling.uniform_2d(by.time, sampling.PROBE_PATH, lane * last + (length - 1))
         # Cosine-distributed directions: the cosine and the 1/pi of Lambert cancel against the density.
         direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
         origin = offset_origin(surface.position, surface.geometric_normal, direction)
-        surface = tracer.intersect(origin, direction, surface.lit, time=time, stream=sampling.PROBE_ALPHA)
-        radiance += throughput * _arriving(lights, surface, direction, d)
+        surface = by.tracer.intersect(
+            origin, direction, surface.lit, time=by.time, stream=sampling.PROBE_ALPHA
+        )
+        radiance += throughput * arriving(by, surface, direction)
     return radiance
+
+
+def _ambient(by: Illumination, surface: Surface, s: contact.Settings) -> mi.Color3f:
+    """Irradiance of the field, and of what is near, at the end of a path."""
+    e = from_field(by, surface)
+    if s.hits > 0:
+        e += contact.near_light(by, surface, s.hits, sampling.PROBE_CONTACT)
+    return e

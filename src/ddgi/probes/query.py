@@ -100,17 +100,51 @@ def irradiance(
     Returns:
         (N,) irradiance; a field of constant radiance L gives pi L.
     """
+    at = texel_at(direction_to_square(normal), layout.irradiance_size, tap)
+    fmt = formats.IRRADIANCE[layout.irradiance_format]
+    mean = mi.Color3f(0)
+    for probe, share in _shares(vol, position, normal, to_viewer, active, layout, s, tap, view_distance):
+        mean += share * _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, at, active)
+    return dr.pi * (dr.square(mean) if s.sqrt_blending else mean)
+
+
+def radiance(
+    vol: ProbeVolume,
+    position: mi.Point3f,
+    normal: mi.Vector3f,
+    to_viewer: mi.Vector3f,
+    direction: mi.Vector3f,
+    active: mi.Bool,
+    layout: volume.Settings,
+    s: Settings,
+    tap: mi.Point2f | None = None,
+    view_distance: mi.Float | None = None,
+) -> mi.Color3f:
+    """Radiance [W/(m^2 sr)] that the probes around oriented points saw in some direction. (N,).
+
+    `direction`, (N,) unit, leads away from the point; other arguments as of `irradiance`, for which
+    the probes count likewise. Reads the maps of radiance: `layout.radiance_size` is not 0.
+    """
+    at = texel_at(direction_to_square(direction), layout.radiance_size, tap)
+    fmt = formats.IRRADIANCE[layout.irradiance_format]
+    mean = mi.Color3f(0)
+    for probe, share in _shares(vol, position, normal, to_viewer, active, layout, s, tap, view_distance):
+        mean += share * _interpolate(fmt, vol.radiance, layout.radiance_size, probe, at, active)
+    return mean
+
+
+def _shares(vol, position, normal, to_viewer, active, layout, s: Settings, tap, view_distance):
+    """The eight probes around points, (number, share) each; the shares add up to one."""
     grid = vol.grid
     base, place = _cell(grid, position)
     corner = dr.fma(base, grid.spacing, grid.origin) - position  # from the point to the cell's first probe
     shift = _bias(grid, normal, to_viewer, view_distance, s)
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
-    at_normal = texel_at(direction_to_square(normal), layout.irradiance_size, tap)
     # The eight probes share their coordinates along each axis in fours: two values an axis.
     sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]
-    shares = [(1 - place[i], place[i]) for i in range(3)]
-    total, weights = mi.Color3f(0), mi.Float(0)
+    parts = [(1 - place[i], place[i]) for i in range(3)]
+    found, total = [], mi.Float(0)
     for k in range(8):
         step = [k & 1, k >> 1 & 1, k >> 2 & 1]
         to_probe = mi.Vector3f([sides[i][step[i]] for i in range(3)])
@@ -122,19 +156,11 @@ def irradiance(
         if s.crush > 0:
             weight *= at_most(dr.square(weight / s.crush), 1)
         if s.trilinear:
-            weight *= shares[0][step[0]] * shares[1][step[1]] * shares[2][step[2]]
-        value = _interpolate(
-            formats.IRRADIANCE[layout.irradiance_format],
-            vol.irradiance,
-            layout.irradiance_size,
-            probe,
-            at_normal,
-            active,
-        )
-        total += weight * value
-        weights += weight
-    mean = total / at_least(weights, 1e-20)
-    return dr.pi * (dr.square(mean) if s.sqrt_blending else mean)
+            weight *= parts[0][step[0]] * parts[1][step[1]] * parts[2][step[2]]
+        found.append((probe, weight))
+        total += weight
+    scale = dr.rcp(at_least(total, 1e-20))
+    return [(probe, weight * scale) for probe, weight in found]
 
 
 def _cell(grid, position):

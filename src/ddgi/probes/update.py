@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ddgi.lighting.lights import Lights
 from ddgi.probes.blend import blend
+from ddgi.probes.bounce import Illumination
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.gather import gather
 from ddgi.probes.rays import spawn
@@ -24,7 +25,8 @@ def update(
     volumes, non_finite = [], field.non_finite
     for vol in field.volumes:
         rays = spawn(vol.grid, time, s.rays)
-        found = gather(tracer, lights, vol, rays, time, s.gather, s.direct, s.query, s.volume)
+        by = Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume)
+        found = gather(by, rays, s.contact)
         volumes.append(blend(vol, found, time, s.volume, s.blend, s.query))
         non_finite = non_finite + found.non_finite
     return replace(field, volumes=volumes, non_finite=non_finite)

@@ -1,4 +1,4 @@
-"""One probe volume: a grid and the two octahedral maps of each of its probes."""
+"""One probe volume: a grid and the octahedral maps of each of its probes: two, or with radiance three."""
 
 from __future__ import annotations
 
@@ -30,7 +30,13 @@ class Settings:
     distance_size: Annotated[
         int, Interval(ge=2, le=64), Doc("interior texels per side of the distance map (SCALE 3)")
     ] = 16
-    irradiance_format: Annotated[IrradianceFormat, Doc("texel format of the irradiance map")] = "float32"
+    radiance_size: Annotated[
+        Literal[0, 4, 8, 16, 32],
+        Doc("interior texels per side of the radiance map, which `contact` needs; 0: there is none"),
+    ] = 0
+    irradiance_format: Annotated[
+        IrradianceFormat, Doc("texel format of the irradiance map, and of the radiance map")
+    ] = "float32"
     distance_format: Annotated[DistanceFormat, Doc("texel format of the distance map")] = "float32"
     longest_distance: Annotated[
         float,
@@ -48,6 +54,7 @@ class ProbeVolume:
     grid: ProbeGrid
     irradiance: Any  # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
     distance: Any  # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
+    radiance: Any  # P (nr + 2)^2 texels of `irradiance_format`; None if there is no such map
     age: mi.UInt32  # (1,) updates since the maps were empty
     texel_fit: TexelFit  # of irradiance maps
     layout: Settings | None = None  # what the maps were allocated for; None: not known
@@ -59,9 +66,12 @@ class ProbeVolume:
 
 
 def bytes_per_probe(s: Settings) -> int:
-    """Persistent bytes of one probe: both maps with their borders (MFF eq. 4.1)."""
-    irradiance = (s.irradiance_size + 2) ** 2 * formats.IRRADIANCE[s.irradiance_format].bytes
-    return irradiance + (s.distance_size + 2) ** 2 * formats.DISTANCE[s.distance_format].bytes
+    """Persistent bytes of one probe: its maps with their borders (MFF eq. 4.1)."""
+    colours = (s.irradiance_size + 2) ** 2 + ((s.radiance_size + 2) ** 2 if s.radiance_size else 0)
+    return (
+        colours * formats.IRRADIANCE[s.irradiance_format].bytes
+        + (s.distance_size + 2) ** 2 * formats.DISTANCE[s.distance_format].bytes
+    )
 
 
 def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: float) -> ProbeVolume:
@@ -77,14 +87,20 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
             f"a volume of {'x'.join(map(str, layout.counts))} probes needs about {need:,.0f} MB, the budget is "
             f"{budget_mb:,.0f} MB: use fewer probes (grid.counts, grid.spacing) or raise grid.memory_limit"
         )
-    if layout.size * (s.distance_size + 2) ** 2 >= 2**30 or layout.size * rays_per_probe >= 2**31:
+    if (
+        layout.size * (max(s.distance_size, s.radiance_size) + 2) ** 2 >= 2**30
+        or layout.size * rays_per_probe >= 2**31
+    ):
         raise SettingsError(
             f"a volume of {layout.size:,} probes has more texels or rays than 32-bit numbers reach"
         )
+    maps = lambda fmt, size: formats.allocate(fmt, layout.size * (size + 2) ** 2)  # noqa: E731
+    colour = formats.IRRADIANCE[s.irradiance_format]
     return ProbeVolume(
         layout,
-        formats.allocate(formats.IRRADIANCE[s.irradiance_format], layout.size * (s.irradiance_size + 2) ** 2),
-        formats.allocate(formats.DISTANCE[s.distance_format], layout.size * (s.distance_size + 2) ** 2),
+        maps(colour, s.irradiance_size),
+        maps(formats.DISTANCE[s.distance_format], s.distance_size),
+        maps(colour, s.radiance_size) if s.radiance_size else None,
         dr.opaque(mi.UInt32, 0),
         texel_fit(s.irradiance_size),
         layout=s,

@@ -17,7 +17,7 @@ from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
 from ddgi.scene.named_lights import name_lights
-from ddgi.scene.notes import Notes
+from ddgi.scene.notes import NO_LIGHT, Notes
 from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
 from ddgi.scene.scene import Scene
@@ -79,7 +79,7 @@ def import_scene(
         notes.add("every surface taken as diffuse, in the path-traced picture as well")
     _note_metals(geometry, notes)
     if not (geometry.area_lights or emitters.delta or emitters.environment):
-        notes.add("no light in the scene: sky and sun added")
+        notes.add(NO_LIGHT)
         for index in tree.graft(default_daylight().description(up), "added for want of light"):
             emitters.add(tree.build(index))
 

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+# Remarks that `ddgi.survey` looks for.
+NO_LIGHT = "no light in the scene: sky and sun added"
+PICTURE_MISSING = "picture not found"
+MATERIALS_MISSING = "material file not found"
+
 
 class Notes:
     """Remarks in order of first appearance; the same remark many times is one line with a count."""

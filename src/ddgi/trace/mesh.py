@@ -24,12 +24,16 @@ class MeshTracer:
     scene: mi.Scene
     materials: Materials
 
-    def intersect(self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False):
+    def intersect(
+        self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None
+    ):
         """See `Tracer.intersect`."""
         skipped = mi.Float(0)
         if self.materials.any_opacity:
             skipped = self._pass_through(origin, direction, active, time, stream)
         ray = mi.Ray3f(dr.fma(direction, skipped, origin), direction)
+        if reach is not None:
+            ray.maxt = reach - skipped
         flags = mi.RayFlags.ShadingFrame
         if self.materials.textures is not None:
             flags = flags | mi.RayFlags.UV

@@ -22,6 +22,7 @@ class Tracer(Protocol):
         time: Clock,
         stream: int,
         coherent: bool = False,
+        reach: mi.Float | None = None,
     ) -> Surface:
         """Closest surface along each ray.
 
@@ -32,6 +33,7 @@ class Tracer(Protocol):
             time: Random source for surfaces that let part of the light through.
             stream: Which stream of it (`ddgi.sampling`).
             coherent: Neighbouring lanes look alike; only a hint for speed.
+            reach: (N,) or (1,) what lies farther is not met [m]; None: anything is.
         """
         ...
 

@@ -11,7 +11,7 @@ from ddgi.errors import SceneError
 from ddgi.scene.beside import MissingFileError, file_beside
 from ddgi.scene.gltf.names import Names
 from ddgi.scene.mesh_arrays import described
-from ddgi.scene.notes import Notes
+from ddgi.scene.notes import MATERIALS_MISSING, Notes
 from ddgi.scene.obj.geometry import Piece, read_pieces
 from ddgi.scene.obj.materials import Materials
 from ddgi.scene.obj.mtl import Material, read_materials
@@ -45,7 +45,7 @@ def _materials(path: Path, statements: list[Statement], notes: Notes) -> dict[st
                 try:
                     found = file_beside(name, path.parent, owner, any_case=True)
                 except MissingFileError:
-                    notes.add(f"material file not found: {name}")
+                    notes.add(f"{MATERIALS_MISSING}: {name}")
                     continue
                 out.update(read_materials(found, notes))
     return out

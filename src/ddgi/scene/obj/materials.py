@@ -15,7 +15,7 @@ import numpy as np
 from ddgi.errors import SceneError
 from ddgi.scene.beside import MissingFileError, file_beside, shown
 from ddgi.scene.mesh_keys import COLOR_ATTRIBUTE
-from ddgi.scene.notes import Notes
+from ddgi.scene.notes import PICTURE_MISSING, Notes
 from ddgi.scene.obj.mtl import Material, Picture
 
 GREY = 0.5
@@ -123,7 +123,7 @@ class Materials:
         try:
             path = file_beside(picture.file, picture.folder, picture.owner, any_case=True)
         except MissingFileError:
-            self._notes.add(f"picture not found: {shown(picture.file)}")
+            self._notes.add(f"{PICTURE_MISSING}: {shown(picture.file)}")
             return None
         try:
             bitmap = mi.Bitmap(str(path))

@@ -1,0 +1,77 @@
+"""What surfaces send back along the rays that found them: light of the lamps and of last frame's field.
+
+The field's share makes light bounce once more with every frame, without end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import drjit as dr
+import mitsuba as mi
+
+from ddgi import sampling
+from ddgi.lighting import direct
+from ddgi.lighting.lights import Lights, environment_radiance
+from ddgi.probes import query, volume
+from ddgi.probes.volume import ProbeVolume
+from ddgi.sampling import Clock
+from ddgi.trace.surface import Surface
+from ddgi.trace.tracer import Tracer
+
+if TYPE_CHECKING:
+    from ddgi.probes import gather
+
+
+@dataclass
+class Illumination:
+    """All that lights what a ray finds, and how."""
+
+    tracer: Tracer
+    lights: Lights
+    vol: ProbeVolume
+    time: Clock
+    gather: gather.Settings
+    direct: direct.Settings
+    query: query.Settings
+    layout: volume.Settings
+
+
+def arriving(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:
+    """Radiance of emitters that a ray meets itself, if they are left to the field. (N,)."""
+    radiance = mi.Color3f(0)
+    if by.direct.area == "field":
+        radiance += surface.emission
+    if by.direct.environment == "field" and by.lights.environment is not None:
+        radiance += environment_radiance(by.lights, direction, ~surface.valid)
+    return radiance
+
+
+def from_lamps(by: Illumination, surface: Surface, stream: int) -> mi.Color3f:
+    """Irradiance E [W/m^2] that comes straight from the lamps. (N,)."""
+    return direct.direct_light(
+        by.tracer, by.lights, surface, by.direct,
+        time=by.time, stream=stream, samples=by.direct.probe_samples, specular=False,
+    ).irradiance  # fmt: skip
+
+
+def from_field(by: Illumination, surface: Surface) -> mi.Color3f:
+    """Irradiance E [W/m^2] of last frame's field, as much as one bounce hands on (CTU 4.4). (N,)."""
+    e = query.irradiance(
+        by.vol, surface.position, surface.normal, surface.to_viewer, surface.lit,
+        by.layout, by.query, tap(by, dr.width(surface.distance)), surface.distance,
+    )  # fmt: skip
+    return e * by.gather.energy_preservation
+
+
+def tap(by: Illumination, width: int) -> mi.Point2f | None:
+    """Which texel of each map a lookup takes, for `gather.taps`; None: all four. (width,)."""
+    if by.gather.taps == "bilinear":
+        return None
+    return sampling.uniform_2d(by.time, sampling.PROBE_TAP, dr.arange(mi.UInt32, width))
+
+
+def reflected(surface: Surface, irradiance: mi.Color3f) -> mi.Color3f:
+    """Radiance that surfaces, taken as Lambertian, reflect of an irradiance. (N,)."""
+    return dr.select(surface.lit, surface.albedo * irradiance * dr.inv_pi, mi.Color3f(0))

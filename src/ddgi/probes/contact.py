@@ -1,0 +1,70 @@
+"""Contact: light between surfaces nearer to each other than probes are to any of them.
+
+The field stands for what probes see, a cell away: the groove between two slabs, the dark under a
+table, are not in it. So one short ray leaves each point, as light leaves a matt surface. Where it
+meets something near, the light of that replaces what the probes saw in the same direction; where it
+does not, the field stands. SDF 3.5 has the idea, for what the picture shows and mixed by occlusion;
+here it is everything around a point, and what is replaced is known, as probes keep a map of the
+radiance itself (`volume.radiance_size`):
+
+    E = E_field + pi * mean over cosine-distributed directions of near * (L_hit - L_probes)
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import drjit as dr
+import mitsuba as mi
+from annotated_types import Interval
+from typing_extensions import Doc
+
+from ddgi.extrema import clamp
+from ddgi.probes import query
+from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
+from ddgi.sampling import low_discrepancy_2d
+from ddgi.settings_group import settings_group
+from ddgi.trace.surface import Surface, offset_origin
+
+
+@settings_group("contact")
+class Settings:
+    """How far light from nearby surfaces is traced, in spacings of the probes."""
+
+    pixels: Annotated[
+        float, Interval(ge=0, le=1000), Doc("from pixels, one ray each a frame [spacings]; 0: not at all")
+    ] = 0.0
+    hits: Annotated[
+        float,
+        Interval(ge=0, le=1000),
+        Doc("from what the probes' rays hit, one ray each an update [spacings]; 0: not at all"),
+    ] = 0.0
+
+
+def near_light(by: Illumination, surface: Surface, reach: float, stream: int) -> mi.Color3f:
+    """What nearby surfaces add to the field's irradiance, a sample of it; it may be negative.
+
+    Args:
+        by: What lights what is found.
+        surface: (N,) the points.
+        reach: Length of the rays, in the smallest spacing of the probes. What is met in its second
+            half counts less and less, down to nothing at its end.
+        stream: Of random numbers (`ddgi.sampling`).
+
+    Returns:
+        (N,) irradiance [W/m^2].
+    """
+    width = dr.width(surface.distance)
+    length = by.vol.grid.smallest_spacing * reach
+    sample = low_discrepancy_2d(by.time, stream, dr.arange(mi.UInt32, width), by.time.tick)
+    direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
+    origin = offset_origin(surface.position, surface.geometric_normal, direction)
+    near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
+    share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
+    light = from_lamps(by, near, stream) + from_field(by, near)
+    met = arriving(by, near, direction) + reflected(near, light)
+    known = query.radiance(
+        by.vol, surface.position, surface.normal, surface.to_viewer, direction, near.valid,
+        by.layout, by.query, tap(by, width), surface.distance,
+    )  # fmt: skip
+    return dr.select(near.valid, dr.pi * share * (met - known), mi.Color3f(0))

@@ -1,0 +1,145 @@
+"""Light from nearby surfaces, which replaces what probes saw in the same direction."""
+
+from dataclasses import replace
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from ddgi import sampling
+from ddgi.errors import SettingsError
+from ddgi.frame import render_frame
+from ddgi.probes.bounce import Illumination
+from ddgi.probes.contact import near_light
+from ddgi.probes.field import IrradianceField, irradiance_map, radiance_map
+from ddgi.probes.octahedral import direction_to_square, texel_directions
+from probing import (
+    camera_in,
+    dark_light,
+    diffuse,
+    hand_made,
+    lattice,
+    load,
+    many_ticks,
+    rgb,
+    room,
+    small,
+    sphere_points,
+    surface_at,
+    updated,
+    with_gutter,
+)
+
+RADIUS, HEIGHT = 0.3, 0.4
+SAMPLES = 4096
+
+
+def under_a_disk(radiance=0.0, turn=90, bsdf=None):
+    """A disk over the origin that looks down, or turned by -90 up, and emits evenly; nothing else."""
+    down = mi.ScalarTransform4f().translate([0, HEIGHT, 0]).rotate([1, 0, 0], turn).scale(RADIUS)
+    disk = {"type": "disk", "to_world": down, "bsdf": bsdf or diffuse(0.0, two_sided=True)}
+    if radiance:
+        disk["emitter"] = {"type": "area", "radiance": rgb(radiance)}
+    return load({"type": "scene", "disk": disk, "dark": dark_light()})
+
+
+def with_radiance(**values):
+    return small(volume_radiance_size=8, direct_area="field", **values)
+
+
+def even_field(s, radiance=1.0):
+    """Probes a metre apart that saw the same radiance everywhere."""
+    vol = hand_made(lattice((3, 3, 3), (-1, -1, -1)), s, np.full((27, 3), radiance))
+    maps = with_gutter(np.full((27, 8, 8, 3), radiance))
+    return replace(vol, radiance=dr.ravel(mi.Vector4f(*(mi.Float(maps[..., 0].ravel()) for _ in range(4)))))
+
+
+def added(scene, s, reach):
+    """Mean irradiance that near_light adds at the origin, which looks up."""
+    by = Illumination(
+        scene.tracer, scene.lights, even_field(s), many_ticks(SAMPLES), s.gather, s.direct, s.query, s.volume
+    )
+    found = near_light(by, surface_at(np.zeros((SAMPLES, 3)), (0, 1, 0)), reach, sampling.PIXEL_CONTACT)
+    return np.array(found, np.float64).mean(1)
+
+
+@pytest.mark.parametrize("radiance", [0.0, 1.0, 3.0])
+def test_a_disk_overhead_takes_its_share_of_the_sky(radiance):
+    """Form factor of a parallel disk from a point on its axis: r^2 / (r^2 + h^2)."""
+    factor = RADIUS**2 / (RADIUS**2 + HEIGHT**2)
+    expected = np.pi * factor * (radiance - 1)
+    error = 4.5 * np.pi * abs(radiance - 1) * np.sqrt(factor * (1 - factor) / SAMPLES)
+    assert added(under_a_disk(radiance), with_radiance(), 50.0) == pytest.approx(
+        [expected] * 3, abs=error + 1e-5
+    )
+
+
+def test_beyond_its_reach_the_field_stands():
+    assert (added(under_a_disk(), with_radiance(), 0.99 * HEIGHT) == 0).all()
+
+
+def test_in_the_second_half_of_its_reach_a_surface_counts_less():
+    whole, part = (added(under_a_disk(), with_radiance(), reach)[0] for reach in (50.0, 1.5 * HEIGHT))
+    # Seen at distances from h to 1.25 h, the share falls from 2 - 2/1.5 to 2 - 2.5/1.5.
+    assert 1 / 3 * abs(whole) * 0.9 < abs(part) < 2 / 3 * abs(whole) * 1.1
+
+
+def test_a_single_sided_surface_from_behind_is_black():
+    turned = under_a_disk(3.0, -90, diffuse(0.5))
+    factor = RADIUS**2 / (RADIUS**2 + HEIGHT**2)
+    assert added(turned, with_radiance(), 50.0)[0] == pytest.approx(-np.pi * factor, rel=0.1)
+
+
+def furnace():
+    shut = room(diffuse(0.5))
+    shut["room"]["emitter"] = {"type": "area", "radiance": rgb(0.5)}
+    return load(shut)
+
+
+@pytest.mark.parametrize("hits", [0.0, 1.5])
+def test_in_the_furnace_nothing_changes(hits):
+    """Everything has radiance 1, near and far: S = 1, in pixels as in maps."""
+    s = with_radiance(contact_hits=hits, contact_pixels=1.5, blend_warm_up=30, rays_per_probe=256)
+    scene = furnace()
+    field = updated(scene, s, 25)
+    assert np.allclose(irradiance_map(field, s) / np.pi, 1, rtol=5e-3)
+    assert np.allclose(radiance_map(field, s), 1, rtol=5e-3)
+    _, frame = render_frame(scene, field, camera_in(), 30, s)
+    assert np.allclose(frame.numpy(), 1, rtol=2e-2)
+
+
+def test_radiance_and_irradiance_maps_tell_the_same():
+    """The cosine-weighted mean of the one is the other, as far as 8 x 8 texels go."""
+    s = with_radiance(rays_per_probe=1024, blend_warm_up=0, blend_hysteresis=0.9)
+    scene = load(
+        room(diffuse(0.7), lamp={"type": "point", "position": [0.4, 0.2, -0.3], "intensity": rgb(2.0)})
+    )
+    field = updated(scene, s, 40)
+    looks, seen = sphere_points(20_000), radiance_map(field, s)[..., 0]
+    cells = mi.Vector3f(*(mi.Float(c) for c in looks.T))
+    square = np.array(direction_to_square(cells)).T
+    x, y = np.clip(((square + 1) * 4).astype(int), 0, 7).T
+    normals = np.array(texel_directions(s.volume.irradiance_size)).T
+    cosine = np.maximum(normals @ looks.T, 0)  # (texels, looks)
+    mean = np.einsum("tl,pl->pt", cosine, seen[:, y, x]) / cosine.sum(1)
+    found = irradiance_map(field, s)[..., 0].reshape(len(mean), -1) / np.pi
+    assert np.abs(mean / found - 1).mean() < 0.05
+
+
+def test_without_maps_of_radiance_contact_is_refused():
+    scene = furnace()
+    with pytest.raises(SettingsError, match=r"volume\.radiance_size"):
+        IrradianceField.fit(scene, small(contact_pixels=1.0))
+    field = IrradianceField.fit(scene, small())
+    with pytest.raises(SettingsError, match=r"volume\.radiance_size"):
+        render_frame(scene, field, camera_in(), 0, small(contact_hits=1.0))
+    with pytest.raises(SettingsError, match="radiance"):
+        radiance_map(field, small())
+
+
+def test_same_seed_same_light():
+    s = with_radiance(contact_hits=1.0, contact_pixels=1.0)
+    scene = furnace()
+    pictures = [render_frame(scene, updated(scene, s, 2), camera_in(), 2, s)[1].numpy() for _ in range(2)]
+    assert (pictures[0] == pictures[1]).all()
