@@ -116,6 +116,7 @@ def _warm_up() -> None:
 
 def _alike(text: str) -> str:
     """A message without what differs from file to file."""
+    text = re.sub(r"/\S+/", "", text)
     text = re.sub(r"\"[^\"]*\"|'[^']*'", "'...'", text)
     return re.sub(r"-?[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?", "N", text)[:100]
 
@@ -144,7 +145,7 @@ def main(count: int, first: int, keep: Path | None) -> None:
         print(f"{times:>6} {what} {how}")
     refused = [times for (what, _), times in kinds.items() if what == "refused"]
     row = {
-        "files": count, "loaded": kinds["loaded", ""], "refused": sum(refused), "kinds": len(refused),
+        "files": count, "loaded": kinds["loaded", ""], "refused": sum(refused),
         "failed": len(failures), "seconds": round(slowest, 2), "megabytes": round(memory),
     }  # fmt: skip
     print(json.dumps(row))

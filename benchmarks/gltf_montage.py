@@ -33,7 +33,7 @@ DIRECTIONS = {
     "TextureCoordinateTest": (0, 0, 1), "OrientationTest": (0.5, 0.6, 1), "22_vertex_color": (0.2, -1, 0.5),
 }  # fmt: skip
 OWN_LIGHT = ("14_emission_strength",)
-SETTINGS = ("grid.budget=500", "rays.per_probe=64", "direct.environment=sampled", "tone.curve=linear")
+SETTINGS = ("grid.budget=300", "rays.per_probe=32", "direct.environment=sampled", "tone.curve=linear")
 FIELD_OF_VIEW = 40.0
 SKY = (0.2, 0.2, 0.2)
 LIGHTS = tuple(

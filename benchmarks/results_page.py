@@ -161,7 +161,6 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
                 "files": "files",
                 "loaded": "loaded",
                 "refused": "refused",
-                "kinds": "kinds of refusal",
                 "failed": "anything else",
                 "seconds": "slowest [s]",
                 "megabytes": "most memory [MB]",
