@@ -24,9 +24,9 @@ from typing import Any
 from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 
 import drjit as dr
-from studies import RESULTS, View, judged, machine, trials
 
 from ddgi.probes import query
+from studies import RESULTS, View, judged, machine, trials
 
 VIEWS = (
     View("cornell-point", materials="diffuse", size=(240, 240)),

@@ -156,6 +156,21 @@ def parts(rows: Rows) -> str:
     return table(("made ideal, one after another", *(r["name"] for r in rows)), lines)
 
 
+def materials(rows: Rows) -> str:
+    """A run a row."""
+    head = ("run", "40 textured materials", "one plain", "materials' share")
+    lines = [
+        (n, f"{r['textured_ms']:.0f} ms", f"{r['plain_ms']:.0f} ms", f"{100 * r['share']:.1f} %")
+        for n, r in enumerate(rows, 1)
+    ]
+    return table(head, lines)
+
+
+def figures(names: dict[str, str]) -> Callable[[Rows], str]:
+    """One row of numbers under these heads."""
+    return lambda rows: table(tuple(names.values()), ([r[key] for key in names] for r in rows))
+
+
 TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "quality": ("quality", quality),
     "presets": ("presets", by_configuration("flip_mean", "{:.3f}".format)),
@@ -166,6 +181,33 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "constants": ("constants", wins),
     "volumes": ("volumes", volumes),
     "parts": ("parts", parts),
+    "materials": ("materials", materials),
+    "fuzz": (
+        "fuzz",
+        figures(
+            {
+                "files": "files",
+                "loaded": "loaded",
+                "refused": "refused",
+                "failed": "anything else",
+                "seconds": "slowest [s]",
+                "megabytes": "most memory [MB]",
+            }
+        ),
+    ),
+    "invalid": (
+        "invalid",
+        figures(
+            {
+                "files": "files",
+                "with_mistakes": "with errors in their report",
+                "refused": "of these refused",
+                "wrong": "loaded with meaningless content, or failed",
+                "seconds": "slowest [s]",
+                "megabytes": "most memory [MB]",
+            }
+        ),
+    ),
 }
 """Tables by name: the study they come from, and how they are written."""
 

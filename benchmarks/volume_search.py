@@ -21,7 +21,6 @@ from typing import Any
 
 import click
 import numpy as np
-from studies import FILES, RESULTS, machine
 
 import ddgi
 from ddgi.box import Box
@@ -33,6 +32,7 @@ from ddgi.judge.view import look
 from ddgi.probes import grid, region
 from ddgi.scene.camera import Camera, look_at
 from ddgi.settings import RenderSettings
+from studies import FILES, RESULTS, machine
 
 SIZE = (128, 72)
 FRAMES = 32

@@ -137,7 +137,7 @@ def test_captions_keep_apart_on_tiny_pictures():
     def row(*captions):
         return [sheet.Tile(caption, np.full((9, 16, 3), 99, np.uint8)) for caption in captions]
 
-    page = sheet._laid_out([row("a caption wider than its picture", "b"), row("c")], ["foot"])
+    page = sheet.laid_out([row("a caption wider than its picture", "b"), row("c")], ["foot"])
     line = page[sheet.GAP : sheet.GAP + sheet.CAPTION]
     written = np.flatnonzero((line != sheet.BACKGROUND).any((0, 2)))
     picture = np.flatnonzero((page[sheet.GAP + sheet.CAPTION] == 99).all(-1))

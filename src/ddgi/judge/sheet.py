@@ -59,7 +59,7 @@ def sheet(found: Comparison) -> np.ndarray:
         frame = found.rivals["frame"]
         caption = f"rival, {frame.spp} spp denoised: {frame.difference.flip_mean:.4f}"
         first.append(Tile(caption, _display(frame.picture, shown)))
-    return _laid_out(
+    return laid_out(
         [first, *(_row(found, j, shown) for j in found.judged)], [LEGEND, *reference_lines(found)]
     )
 
@@ -91,7 +91,7 @@ def _display(radiance: np.ndarray, shown: tone.Settings) -> np.ndarray:
     return np.rint(tone.tone_map(np.maximum(radiance, 0), shown) * 255).astype(np.uint8)
 
 
-def _laid_out(rows: list[list[Tile]], foot: Sequence[str]) -> np.ndarray:
+def laid_out(rows: list[list[Tile]], foot: Sequence[str]) -> np.ndarray:
     """Tiles in a grid, captions above, columns as wide as their widest caption; lines of text at the foot."""
     height, width, _ = rows[0][0].pixels.shape
     columns = [_column_width(column, width) for column in zip_longest(*rows)]

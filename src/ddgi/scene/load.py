@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -137,8 +138,13 @@ def _imported(
         return _obj(path, added, axis, diffuse)
     if path.suffix.lower() == ".ply":
         return _ply(path, added, axis, diffuse)
-    with searching(path.parent):
-        return import_scene(PluginTree.parse(path), _name(path), added=added, up=axis, diffuse=diffuse)
+    try:
+        with searching(path.parent):
+            return import_scene(PluginTree.parse(path), _name(path), added=added, up=axis, diffuse=diffuse)
+    except SceneError as error:
+        if path.name in str(error):  # elements have their place in the file
+            raise
+        raise SceneError(f"{path}: {error}") from error
 
 
 def _gltf(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
@@ -222,6 +228,8 @@ def _file(source: str | Path) -> Path | None:
         raise SceneError(f"{path}: unknown kind of scene file {path.suffix!r}, expected {', '.join(KINDS)}")
     if path.stat().st_size == 0:
         raise SceneError(f"{path}: the file is empty")
+    if not os.access(path, os.R_OK):
+        raise SceneError(f"{path}: cannot be read: permission denied")
     return path
 
 

@@ -27,6 +27,7 @@ from ddgi.scene.scene import Scene
 from ddgi.scene.sensors import CAMERAS, read_camera, sensor_up
 from ddgi.scene.shapes import Geometry, ShapeReader
 from ddgi.scene.textures import TextureReader
+from ddgi.scene.validate import check_bounds
 
 ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
 CEILING = "added-ceiling"
@@ -99,8 +100,7 @@ def import_scene(
 
     mi_scene = _assembled(geometry, emitters.environment)
     bounds = _point(np.ravel(mi_scene.bbox().min) + moved), _point(np.ravel(mi_scene.bbox().max) + moved)
-    if not np.isfinite(bounds).all():
-        raise SceneError(f"{name}: its bounding box is not finite")
+    check_bounds(bounds, name)
     note_origin(moved, notes)
     return Scene(
         name=name,

@@ -300,4 +300,8 @@ def one_line(error: Exception) -> str:
         r"Mitsuba 3 has no plugin \1: put one that it has in its place, or remove the element",
         text,
     )
-    return re.sub(r"\s*\n\s*", " ", text).strip() or type(error).__name__
+    text = re.sub(r"\s*\n\s*", " ", text).strip()
+    return (
+        re.sub(r"(Error while loading [^:]+: while processing <include>: )\1+", r"\1", text)
+        or type(error).__name__
+    )

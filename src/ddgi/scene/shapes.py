@@ -137,6 +137,8 @@ class ShapeReader:
             # Without normals to compute and lights to measure, nothing reads the faces yet.
             bare = self._tree.build(index, skip=lambda _: True, changes={"face_normals": True})
             check_mesh(bare, self._tree.label(index))
+            if not bare.face_count():  # of nothing Mitsuba cannot compute normals
+                return bare
         try:
             return self._tree.build(index, skip=self._not_ours)
         except SceneError:

@@ -7,8 +7,12 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from ddgi.box import Box
 from ddgi.errors import SceneError
 from ddgi.scene.mesh_keys import FACES, POSITIONS
+
+FARTHEST = 1e15
+"""From the origin [m]: squares of lengths, and of areas, stay within single precision."""
 
 
 def check_finite(values: Any, what: str) -> None:
@@ -30,6 +34,19 @@ def check_light(values: Any, what: str) -> None:
     check_finite(values, what)
     if (np.asarray(values) < 0).any():
         raise SceneError(f"{what} is negative")
+
+
+def check_bounds(bounds: Box, what: str) -> None:
+    """Refuse a scene that is a point, or reaches so far that squared distances overflow.
+
+    Raises:
+        SceneError: With `what` in front.
+    """
+    low, high = np.array(bounds)
+    if not (np.abs(bounds) < FARTHEST).all():
+        raise SceneError(f"{what}: its bounding box is not finite, or reaches beyond {FARTHEST:g} m")
+    if (low == high).all():
+        raise SceneError(f"{what}: all of it lies in one point")
 
 
 def check_mesh(shape: mi.Shape, what: str) -> None:

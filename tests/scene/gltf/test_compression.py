@@ -120,12 +120,52 @@ def test_draco_equals_plain(tmp_path):
     np.testing.assert_allclose(sorted_triangles(found), sorted_triangles(plain(tmp_path)), atol=1e-3)
 
 
+def draco_skinned(draco, joints):
+    """The square on one joint, a metre up; JOINTS_0 and WEIGHTS_0 are attributes 7 and 9 of the Draco mesh."""
+    weights = np.tile(np.float32([1, 0, 0, 0]), (4, 1))
+    data = draco.encode(
+        np.array(SQUARE, np.float32), np.array(CORNERS, np.uint32).reshape(-1, 3),
+        generic_attributes={7: joints, 9: weights},
+    )  # fmt: skip
+    position = draco.decode(data).attributes[-1]["unique_id"]
+    writer = Writer()
+    names = {"POSITION": position, "JOINTS_0": 7, "WEIGHTS_0": 9}
+    types = {"POSITION": (5126, "VEC3"), "JOINTS_0": (5121, "VEC4"), "WEIGHTS_0": (5126, "VEC4")}
+    accessors = {
+        name: writer.add("accessors", {"componentType": component, "count": 4, "type": kind})
+        for name, (component, kind) in types.items()
+    }
+    primitive = {
+        "extensions": {"KHR_draco_mesh_compression": {"bufferView": writer.view(data), "attributes": names}}
+    }
+    mesh = writer.mesh(indices=None, primitive=primitive, **accessors)
+    skin = writer.add("skins", {"joints": [writer.node(translation=[0, 0, 1])]})
+    writer.node(name="square", mesh=mesh, skin=skin)
+    return writer
+
+
+def test_draco_skins(tmp_path):
+    draco = library("DracoPy")
+    found = shapes_of(draco_skinned(draco, np.zeros((4, 4), np.uint16)).glb(tmp_path))["square"]
+    raised = sorted_triangles(plain(tmp_path)) + np.array([0, 0, 1])
+    np.testing.assert_allclose(sorted_triangles(found), raised, atol=1e-3)
+    with pytest.raises(SceneError, match="no whole numbers for JOINTS_0"):
+        shapes_of(draco_skinned(draco, np.zeros((4, 4), np.float32)).glb(tmp_path))
+
+
 def test_broken_draco_data(tmp_path):
     writer = draco_square(library("DracoPy"))
     extension = writer.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]
     extension["attributes"]["NORMAL"] = 77
     with pytest.raises(SceneError, match="no attribute 77 for NORMAL"):
         shapes_of(writer.glb(tmp_path))
+    del extension["attributes"]["NORMAL"]
+    texcoords = writer.add("accessors", {"componentType": 5126, "count": 4, "type": "VEC2"})
+    writer.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = texcoords
+    extension["attributes"]["TEXCOORD_0"] = extension["attributes"]["POSITION"]
+    with pytest.raises(SceneError, match="3 numbers for TEXCOORD_0, not 2"):
+        shapes_of(writer.glb(tmp_path))
+    del extension["attributes"]["TEXCOORD_0"]
     writer.data[5:40] = bytes(35)
     with pytest.raises(SceneError, match="Draco data cannot be decoded"):
         shapes_of(writer.glb(tmp_path))

@@ -38,6 +38,11 @@ class Accessors:
         name = self.spec(index).name
         return f"accessors[{index}]" + (f' "{name}"' if name.isprintable() and name else "")
 
+    def width(self, index: int) -> int:
+        """How many numbers an element of an accessor has."""
+        columns, rows = SHAPES[self.spec(index).type]
+        return columns * rows
+
     def raw(self, index: int) -> np.ndarray:
         """(count, components) numbers as stored; of matrices column by column.
 

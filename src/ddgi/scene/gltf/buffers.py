@@ -41,19 +41,24 @@ class Views:
         view = self._container.document.buffer_views[index]
         return view.byte_stride
 
+    def buffer(self, index: int) -> bytes:
+        """All bytes of a buffer.
+
+        Raises:
+            SceneError: It cannot be read, or is shorter than it says.
+        """
+        if index not in self._buffers:
+            self._buffers[index] = self._read(index)
+        return self._buffers[index]
+
     def _part(self, view: int, buffer: int, start: int, length: int) -> memoryview:
-        data = self._buffer(buffer)
+        data = self.buffer(buffer)
         if start + length > len(data):
             raise SceneError(
                 f"bufferViews[{view}]: bytes {start} to {start + length} lie outside buffers[{buffer}], "
                 f"which has {len(data)}"
             )
         return memoryview(data)[start : start + length]
-
-    def _buffer(self, index: int) -> bytes:
-        if index not in self._buffers:
-            self._buffers[index] = self._read(index)
-        return self._buffers[index]
 
     def _read(self, index: int) -> bytes:
         buffer, owner = self._container.document.buffers[index], f"buffers[{index}]"

@@ -39,7 +39,7 @@ class Look:
 
     bsdf: Described
     radiance: Described | None  # of the area light it is; None if it does not emit
-    uv_set: int  # number of the texture coordinates that its textures use
+    uv_set: int | None  # number of the texture coordinates that its textures use; None without textures
 
 
 def rgb(values: Any) -> Described:
@@ -111,13 +111,13 @@ class _Reader:
 
     # Textures -------------------------------------------------------------------------------------------
 
-    def _chosen_set(self) -> int:
+    def _chosen_set(self) -> int | None:
         """A mesh has one set of coordinates here: that of the first of these textures."""
         uses = (
             self._pbr.base_color_texture, self._material.emissive_texture, self._material.normal_texture,
             self._pbr.metallic_roughness_texture,
         )  # fmt: skip
-        return next((_uv_set(use) for use in uses if use is not None), 0)
+        return next((_uv_set(use) for use in uses if use is not None), None)
 
     def _shown(self, info: TextureInfo, kind: tuple[str, Filter]) -> Described:
         if _uv_set(info) == self._uv_set:

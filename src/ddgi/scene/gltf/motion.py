@@ -32,7 +32,7 @@ def read_skins(document: Document, accessors: Accessors) -> tuple[Skin, ...]:
     """All skins.
 
     Raises:
-        SceneError: One has not as many matrices as joints.
+        SceneError: One has not as many matrices as joints, or one that is no placement.
     """
     skins = []
     for skin in document.skins:
@@ -44,6 +44,10 @@ def read_skins(document: Document, accessors: Accessors) -> tuple[Skin, ...]:
                 raise SceneError(f"{accessors.label(index)}: {len(stored)} for {len(skin.joints)} joints")
             columns = stored[: len(skin.joints)].astype(np.float64).reshape(-1, 4, 4)
             matrices = columns.transpose(0, 2, 1)
+            if not np.allclose(matrices[:, 3], [0, 0, 0, 1], atol=1e-4):
+                raise SceneError(
+                    f"{accessors.label(index)}: a matrix is no placement: its last row must be 0, 0, 0, 1"
+                )
         skins.append(Skin(tuple(skin.joints), matrices))
     return tuple(skins)
 

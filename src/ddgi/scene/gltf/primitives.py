@@ -92,9 +92,14 @@ class _Attributes:
 
     def _raw(self, name: str) -> np.ndarray:
         """Numbers of an attribute as stored."""
-        if self._packed is not None and name in self._packed.attributes:
-            return self._packed.attributes[name]
-        return self._accessors.raw(self._names[name])
+        if self._packed is None or name not in self._packed.attributes:
+            return self._accessors.raw(self._names[name])
+        values = self._packed.attributes[name]
+        if values.shape[1] != (wanted := self._accessors.width(self._names[name])):
+            raise SceneError(
+                f"{self._label}: its Draco data has {values.shape[1]} numbers for {name}, not {wanted}"
+            )
+        return values
 
     def _floats(self, name: str, *kinds: str) -> np.ndarray:
         index = self._names[name]
@@ -106,9 +111,13 @@ class _Attributes:
 
     def _integers(self, name: str) -> np.ndarray:
         index = self._names[name]
-        if self._packed is not None and name in self._packed.attributes:
-            return self._packed.attributes[name]
-        return self._accessors.integers(index, ("VEC4",), self._count)
+        if self._packed is None or name not in self._packed.attributes:
+            return self._accessors.integers(index, ("VEC4",), self._count)
+        self._accessors.check(index, ("VEC4",))
+        values = self._raw(name)
+        if values.dtype.kind not in "iu" or values.min() < 0:
+            raise SceneError(f"{self._label}: its Draco data has no whole numbers for {name}")
+        return values
 
     def _colors(self) -> np.ndarray | None:
         if "COLOR_0" not in self._names:

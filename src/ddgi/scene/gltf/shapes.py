@@ -120,6 +120,10 @@ class ShapeBuilder:
         if colors is not None:
             vertices = VertexColors(bool((colors[:, :3] != 1).any()), bool((colors[:, 3] != 1).any()))
         look = self.materials.look(piece.material, vertices)
+        if look.uv_set is not None and look.uv_set not in piece.texcoords:
+            self.notes.add(
+                "pictures on a mesh without texture coordinates for them: one colour of each is shown"
+            )
         rgb, alpha = self._tinted(colors, vertices, piece.material)
         shape = described(
             soup.positions, soup.faces, normals=soup.normals, texcoords=_texcoords(piece, soup, look),
@@ -198,7 +202,7 @@ class ShapeBuilder:
 
 def _texcoords(piece: Piece, soup: Soup, look: Look) -> np.ndarray | None:
     """(V, 2) of the set that the material uses; zero where there is none, as Mitsuba would make some up."""
-    values = piece.texcoords.get(look.uv_set)
+    values = piece.texcoords.get(look.uv_set or 0)
     return np.zeros((len(soup.positions), 2), np.float32) if values is None else values[soup.kept]
 
 

@@ -63,7 +63,11 @@ def _materials(path: Path, statements: list[Statement], notes: Notes) -> dict[st
 
 def _libraries(rest: str, folder: Path) -> list[str]:
     """The files of an mtllib; one name with spaces in it, if there is such a file."""
-    return [rest] if (folder / rest.replace("\\", "/")).is_file() else rest.split()
+    try:
+        one = (folder / rest.replace("\\", "/")).is_file()
+    except OSError:  # too long for the name of a file
+        one = False
+    return [rest] if one else rest.split()
 
 
 def _described(pieces: list[Piece], known: dict[str, Material], notes: Notes) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from ddgi.scene.obj.statements import Statement
 WIDTHS = {"v": (3, 4, 6, 7), "vt": (1, 2, 3), "vn": (3,)}
 KEPT = {"v": 3, "vt": 2, "vn": 3}
 SILENT = ("s", "mtllib", "vp")
+LARGEST = float(np.finfo(np.float32).max)
+"""Number that meshes can hold."""
 NONE = -1
 """Number of a corner's texture coordinates or normal where it has none."""
 
@@ -98,9 +100,9 @@ def _table(path: Path, key: str, rows: Sequence[str], lines: Sequence[int]) -> n
         values = np.array([_row(path, key, r, n) for r, n in zip(rows, lines, strict=True)])
     if width not in WIDTHS[key] or values.shape[1] not in WIDTHS[key]:
         values = np.array([_row(path, key, r, n) for r, n in zip(rows, lines, strict=True)])
-    bad = ~np.isfinite(values).all(1)
+    bad = ~(np.abs(values) <= LARGEST).all(1)
     if bad.any():
-        raise SceneError(f"{path}: line {lines[int(bad.argmax())]}: {key} is not finite")
+        raise SceneError(f"{path}: line {lines[int(bad.argmax())]}: {key} is not finite, or too large")
     if values.shape[1] >= 6:
         return np.delete(values, 3, 1) if values.shape[1] == 7 else values
     if values.shape[1] == 1:
