@@ -1,6 +1,5 @@
 """OBJ and PLY files whose answers are known on paper."""
 
-import time
 from pathlib import Path
 
 import mitsuba as mi
@@ -140,20 +139,6 @@ def test_a_mistake_is_one_line_with_its_number(tmp_path, text, line, what):
 def test_no_faces_is_an_error(tmp_path):
     with pytest.raises(SceneError, match="no faces"):
         read_obj(written(tmp_path, SQUARE), Notes())
-
-
-def test_eighty_thousand_triangles_within_two_seconds(tmp_path):
-    side = 201
-    v = "".join(f"v {x} {y} 0\nvt {x} {y}\nvn 0 0 1\n" for y in range(side) for x in range(side))
-    corners = (np.arange(side - 1)[:, None] * side + np.arange(side - 1) + 1).ravel()
-    f = "".join(
-        "f " + " ".join(f"{i}/{i}/{i}" for i in t) + "\n"
-        for c in corners for t in ((c, c + 1, c + side), (c + 1, c + side + 1, c + side))
-    )  # fmt: skip
-    path = written(tmp_path, v + f)
-    start = time.process_time()
-    read_obj(path, Notes())
-    assert time.process_time() - start < 2
 
 
 # Materials ----------------------------------------------------------------------------------------------
