@@ -5,7 +5,7 @@
 Each row keeps the ideal parts of the rows above it:
 
 - noise: 256 rays a probe;
-- near: light from what is near in every pixel and hit, not in one of four;
+- near: light from what is near in every pixel and hit, not in one hit of four;
 - angles: 32 x 32 irradiance and 64 x 64 distance texels;
 - feedback: full paths of 12 surfaces per probe ray, in place of last frame's field;
 - visibility: a ray from every probe to every pixel's point, in place of the Chebyshev bound;
@@ -34,7 +34,7 @@ VIEWS = (
 )
 FRAMES = 32
 NOISE = "rays.per_probe=256"
-NEAR = f"{NOISE}; contact.every=1"
+NEAR = f"{NOISE}; contact.pixels=1; contact.every=1"
 ANGLES = f"{NEAR}; volume.irradiance_size=32; volume.distance_size=64"
 PATHS = f"{ANGLES}; gather.bounces=path; gather.path_length=12"
 STEPS = {

@@ -65,7 +65,7 @@ MAPS = {
 }
 PICTURE = {
     "direct.camera_samples": (2, {}),
-    "contact.pixels": (0.0, {}),
+    "contact.pixels": (1.0, {}),
     "gbuffer.antialias": (False, {}),
     "tone.exposure": (3.0, {}),
     "tone.curve": ("linear", {}),

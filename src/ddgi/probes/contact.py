@@ -32,8 +32,12 @@ class Settings:
     """How far light from nearby surfaces is traced, in spacings of the probes."""
 
     pixels: Annotated[
-        float, Interval(ge=0, le=1000), Doc("from pixels, one ray each a frame [spacings]; 0: not at all")
-    ] = 1.0
+        float,
+        Interval(ge=0, le=1000),
+        Doc(
+            "from pixels, one ray each a frame [spacings]: for stills, as single frames show its grain; 0: not at all"
+        ),
+    ] = 0.0
     hits: Annotated[
         float,
         Interval(ge=0, le=1000),
