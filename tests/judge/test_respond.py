@@ -25,7 +25,7 @@ def settings(**values):
 
 def one_bounce(**values):
     """The field holds what lamps light, and nothing feeds back."""
-    return settings(gather_energy_preservation=0.0, **values)
+    return settings(gather_energy_preservation=0.0, contact_hits=0.0, **values)
 
 
 # ---- counting ----------------------------------------------------------------------------------------

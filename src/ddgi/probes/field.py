@@ -86,7 +86,8 @@ def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:
     """Walls to fit planes of probes to: those seen from within the box, or, if all look at it from outside, by them."""
     low, high = np.array(moved(box, scene.origin))
     eyes = np.array([np.ravel(camera.position) for camera in scene.cameras])
-    if ((eyes >= low) & (eyes <= high)).all(-1).any() or not seen.weight.any():
+    flat = (high - low).min() < grid.FLAT * (high - low).max()
+    if flat or ((eyes >= low) & (eyes <= high)).all(-1).any() or not seen.weight.any():
         return walls.find(scene.tracer, box)
     return walls.among(seen.position, seen.normal, seen.weight, box)
 
