@@ -77,7 +77,7 @@ def import_scene(
 
     shapes, emitters = _read(tree, name, notes)
     if added.ceiling is not None:
-        _add_ceiling(tree, shapes, added.ceiling, up, notes)
+        _add_ceiling(tree, shapes, added.ceiling, up, name, notes)
     geometry = shapes.geometry
     if diffuse:
         geometry = make_lambertian(tree, geometry)
@@ -89,9 +89,7 @@ def import_scene(
             emitters.add(tree.build(index))
 
     mi_scene = _assembled(geometry, emitters.environment)
-    bounds = _point(mi_scene.bbox().min), _point(mi_scene.bbox().max)
-    if not np.isfinite(bounds).all():
-        raise SceneError(f"{name}: its bounding box is not finite")
+    bounds = _bounds(mi_scene, name)
     if not cameras:
         notes.add("no camera in the scene: one added that looks along the box")
         cameras = [default_camera(box or bounds, up)]
@@ -132,8 +130,12 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
     return shapes, emitters
 
 
-def _add_ceiling(tree: PluginTree, shapes: ShapeReader, height: Height, up: np.ndarray, notes: Notes) -> None:
+def _add_ceiling(
+    tree: PluginTree, shapes: ShapeReader, height: Height, up: np.ndarray, name: str, notes: Notes
+) -> None:
+    """Lay a ceiling over what was read, in the tree as well."""
     open_scene = _assembled(shapes.geometry, None)
+    _bounds(open_scene, name)
     slab, height = describe_ceiling(open_scene, height, up)
     for index in tree.graft({CEILING: slab}, "added by the caller"):
         shapes.add(index, CEILING)
@@ -145,6 +147,18 @@ def _note_metals(geometry: Geometry, notes: Notes) -> None:
     for row in {id(row): row for row in geometry.rows.values()}.values():  # several shapes may share one
         if row.metallic > 0:
             notes.add("a metal: what it mirrors of other surfaces is shown as if it were matt")
+
+
+def _bounds(scene: mi.Scene, name: str) -> Box:
+    """The box around all geometry.
+
+    Raises:
+        SceneError: It is not finite.
+    """
+    bounds = _point(scene.bbox().min), _point(scene.bbox().max)
+    if not np.isfinite(bounds).all():
+        raise SceneError(f"{name}: its bounding box is not finite")
+    return bounds
 
 
 def nearest_axis(direction: np.ndarray) -> np.ndarray:
