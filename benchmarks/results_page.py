@@ -122,18 +122,10 @@ def grids(rows: Rows) -> str:
 def volumes(rows: Rows) -> str:
     """The volume that fits by itself beside the best of a search."""
     head = (
-        "scene",
-        "probes",
-        "automatic",
-        "best found",
-        "ratio",
-        "which",
-        "others",
-        "by hand",
-        "bounding box",
+        "scene", "probes", "automatic", "best found", "ratio", "which", "others", "by hand", "bounding box",
         "reference",
-    )
-    return table(head, map(_volume_row, rows))  # fmt: skip
+    )  # fmt: skip
+    return table(head, map(_volume_row, rows))
 
 
 def _volume_row(r: dict[str, Any]) -> Sequence[Any]:

@@ -101,3 +101,9 @@ def test_a_path_tracer_has_it_too():
 def test_heights_that_make_no_sense(height):
     with pytest.raises(SceneError, match=r"^ceiling must be[^\n]*$"):
         load(open_room(), ceiling=height)
+
+
+def test_auto_needs_walls():
+    plain = {"type": "scene", "ground": {"type": "rectangle", "bsdf": diffuse(0.5)}}
+    with pytest.raises(SceneError, match="no walls"):
+        load(plain, ceiling="auto", up="z")

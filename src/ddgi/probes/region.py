@@ -158,7 +158,7 @@ def _trimmed(
 def _wall(place: np.ndarray, normal: np.ndarray, weight: np.ndarray, end: float, length: float) -> float:
     """Where the wall stands that counts most just above a low end; the end if what lies between counts more."""
     step = max(SAME_WALL * length, 1e-30)
-    near = (normal > STRAIGHT) & (place >= end) & (place <= end + SLIVER * length)
+    near = (weight > 0) & (normal > STRAIGHT) & (place >= end) & (place <= end + SLIVER * length)
     if not near.any():
         return end
     bins = ((place[near] - end) / step).astype(int)

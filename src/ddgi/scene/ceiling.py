@@ -28,6 +28,8 @@ RAYS = 4096
 """At each level."""
 ENCLOSED = 0.5
 """Least share of rays that are stopped, against the level with the most, where there are still walls."""
+FEWEST = 0.01
+"""Share of rays that must be stopped somewhere for there to be walls."""
 STRAY = 0.5
 """Percentage of what rays meet below the ceiling that may lie beyond it on either side: masts, not walls."""
 
@@ -47,7 +49,7 @@ def describe_ceiling(
         The plugin, and the height.
 
     Raises:
-        SceneError: The height is no number, or not above everything's lowest point.
+        SceneError: The height is no number, or not above everything's lowest point, or there are no walls.
     """
     frame = np.stack([*horizontal_axes(up), up])  # rows: two horizontal axes and up
     bounds = scene.bbox()
@@ -83,6 +85,8 @@ def _top_of_walls(scene: mi.Scene, frame: np.ndarray, low: np.ndarray, high: np.
     """The highest level at which about as many rays are stopped as lower down."""
     levels = low[2] + (np.arange(LEVELS) + 0.5) / LEVELS * (high[2] - low[2])
     stopped = np.array([np.mean(_hits(scene, frame, low, high, level)[1]) for level in levels])
+    if stopped.max() < FEWEST:
+        raise SceneError("ceiling must be a height here: 'auto' found no walls for it to lie on")
     below = levels[stopped >= ENCLOSED * stopped.max()][-1]
     above = min(below + (high[2] - low[2]) / LEVELS, high[2])
     for _ in range(REFINED):

@@ -87,7 +87,7 @@ def import_scene(
         cameras, _ = _cameras(tree, unheard, moved)
         shapes, emitters = _read(tree, name, unheard)
     if added.ceiling is not None:
-        _add_ceiling(tree, shapes, added.ceiling, up, moved, notes)
+        _add_ceiling(tree, shapes, added.ceiling, up, moved, name, notes)
     geometry = shapes.geometry
     if diffuse:
         geometry = make_lambertian(tree, geometry)
@@ -99,8 +99,7 @@ def import_scene(
             emitters.add(tree.build(index))
 
     mi_scene = _assembled(geometry, emitters.environment)
-    bounds = _point(np.ravel(mi_scene.bbox().min) + moved), _point(np.ravel(mi_scene.bbox().max) + moved)
-    check_bounds(bounds, name)
+    _check_bounds(mi_scene, moved, name)
     note_origin(moved, notes)
     return Scene(
         name=name,
@@ -156,10 +155,17 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
 
 
 def _add_ceiling(
-    tree: PluginTree, shapes: ShapeReader, height: Height, up: np.ndarray, origin: np.ndarray, notes: Notes
+    tree: PluginTree,
+    shapes: ShapeReader,
+    height: Height,
+    up: np.ndarray,
+    origin: np.ndarray,
+    name: str,
+    notes: Notes,
 ) -> None:
-    """Add a ceiling whose height is in the file's coordinates to a tree that counts from `origin`."""
+    """Lay a ceiling, whose height is in the file's coordinates, over what was read of a tree that counts from `origin`."""
     open_scene, below = _assembled(shapes.geometry, None), float(origin @ up)
+    _check_bounds(open_scene, origin, name)
     slab, height = describe_ceiling(open_scene, height, up, below)
     for index in tree.graft({CEILING: slab}, "added by the caller"):
         shapes.add(index, CEILING)
@@ -171,6 +177,12 @@ def _note_metals(geometry: Geometry, notes: Notes) -> None:
     for row in {id(row): row for row in geometry.rows.values()}.values():  # several shapes may share one
         if row.metallic > 0:
             notes.add("a metal: what it mirrors of other surfaces is shown as if it were matt")
+
+
+def _check_bounds(scene: mi.Scene, origin: np.ndarray, name: str) -> None:
+    """Refuse geometry without a usable box around it; `scene` counts from `origin`."""
+    box = scene.bbox()
+    check_bounds((_point(np.ravel(box.min) + origin), _point(np.ravel(box.max) + origin)), name)
 
 
 def nearest_axis(direction: np.ndarray) -> np.ndarray:
