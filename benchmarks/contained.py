@@ -53,7 +53,7 @@ def described(path: Path) -> None:
         ddgi.load_scene(path, sky=[1, 1, 1])  # or a sky is made each time
         return
     notes = Notes()
-    description = read_obj(path, notes) if path.suffix == ".obj" else read_gltf(path, notes).description
+    description = read_obj(path, notes)[0] if path.suffix == ".obj" else read_gltf(path, notes).description
     if any("\n" in line for line in notes.lines()):
         raise AssertionError("a note of two lines")
     for part in description.values():

@@ -172,7 +172,7 @@ def test_full_paths_see_one_more_bounce_each(length, area):
 def test_paths_that_the_field_ends_carry_all_light(length, share):
     """S = e (1 + rho + ... + rho^(n - 1)) + rho^n share S with e = rho = 0.5, however long the path."""
     s = small(
-        gather_path_length=length, gather_energy_preservation=share, direct_area="field",
+        gather_path_length=length, gather_energy_preservation=share, direct_area="field", contact_hits=0.0,
         blend_warm_up=30, rays_per_probe=32,
     )  # fmt: skip
     expected = 0.5 * sum(0.5**n for n in range(length)) / (1 - 0.5**length * share)

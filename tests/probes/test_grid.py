@@ -185,5 +185,6 @@ def test_small_volumes_fit():
     vol = volume.allocate(lattice((2, 2, 2)), s.volume, 128, 4096.0)
     assert dr.width(vol.irradiance) == 8 * 10 * 10 * 4
     assert dr.width(vol.distance) == 8 * 18 * 18 * 2
+    assert dr.width(vol.radiance) == 8 * 10 * 10 * 4
     assert float(vol.reach(s.volume)[0]) == pytest.approx(1.5 * math.sqrt(3))
-    assert volume.bytes_per_probe(s.volume) == 10 * 10 * 16 + 18 * 18 * 8
+    assert volume.bytes_per_probe(s.volume) == 2 * 10 * 10 * 16 + 18 * 18 * 8
