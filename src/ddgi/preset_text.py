@@ -19,7 +19,7 @@ WIDTH = 98
 
 SUMMARIES = {
     "default": "ours: whatever measures best",
-    "fine": "ours for stills: twice the rays, and one more bounce of each, at three times the cost",
+    "fine": "ours for stills: twice the rays, and light between near things in every pixel, at three times the cost",
     "scale": "Majercik et al. 2021, Scaling Probe-Based Real-Time Dynamic Global Illumination",
     "blog": "McGuire 2019, the web articles on dynamic diffuse global illumination",
     "ctu": "the thesis at CTU Prague",
