@@ -41,7 +41,9 @@ class Settings:
     hits: Annotated[
         float,
         Interval(ge=0, le=1000),
-        Doc("from what the probes' rays hit, one ray each an update [spacings]; 0: not at all"),
+        Doc(
+            "from what the probes' rays hit, one ray each an update [spacings]; 0: not at all, as with full paths (gather.bounces)"
+        ),
     ] = 1.0
     every: Annotated[
         int,
