@@ -5,7 +5,7 @@ table, are not in it. So one short ray leaves each point, as light leaves a matt
 meets something near, the light of that replaces what the probes saw in the same direction; where it
 does not, the field stands. SDF 3.5 has the idea, for what the picture shows and mixed by occlusion;
 here it is everything around a point, and what is replaced is known, as probes keep a map of the
-radiance itself (`volume.radiance_size`):
+radiance itself (`volume.radiance_size`), or else its cosine-weighted mean:
 
     E = E_field + pi * mean over cosine-distributed directions of near * (L_hit - L_probes)
 """
@@ -65,7 +65,9 @@ def thinned(lane: mi.UInt32, every: int, time: Clock, row: int = 1) -> mi.UInt32
     return first + (time.tick + first // row) % every
 
 
-def near_light(by: Illumination, surface: Surface, reach: float, stream: int) -> mi.Color3f:
+def near_light(
+    by: Illumination, surface: Surface, reach: float, stream: int, *, exact: bool = True
+) -> mi.Color3f:
     """What nearby surfaces add to the field's irradiance, a sample of it; it may be negative.
 
     Args:
@@ -74,6 +76,9 @@ def near_light(by: Illumination, surface: Surface, reach: float, stream: int) ->
         reach: Length of the rays, in the smallest spacing of the probes. What is met in its second
             half counts less and less, down to nothing at its end.
         stream: Of random numbers (`ddgi.sampling`).
+        exact: Compare with the radiance that probes saw, else with its cosine-weighted mean. The mean keeps
+            what lamps and windows behind a near surface take away from single samples small; but walls turn
+            too dark, which every bounce would make worse.
 
     Returns:
         (N,) irradiance [W/m^2].
@@ -86,8 +91,19 @@ def near_light(by: Illumination, surface: Surface, reach: float, stream: int) ->
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
     light = from_lamps(by, near, stream) + from_field(by, near)
     met = arriving(by, near, direction) + reflected(near, light)
-    known = query.radiance(
+    seen = query.radiance if exact else _mean_radiance
+    known = seen(
         by.vol, surface.position, surface.normal, surface.to_viewer, direction, near.valid,
         by.layout, by.query, tap(by, width), surface.distance,
     )  # fmt: skip
     return dr.select(near.valid, dr.pi * share * (met - known), mi.Color3f(0))
+
+
+def _mean_radiance(
+    vol, position, normal, to_viewer, direction, active, layout, s, tap, view_distance
+) -> mi.Color3f:
+    """Cosine-weighted mean of the radiance that arrives from around a direction; arguments as of `query.radiance`."""
+    e = query.irradiance(
+        vol, position, normal, to_viewer, active, layout, s, tap, view_distance, direction=direction
+    )
+    return e * dr.inv_pi

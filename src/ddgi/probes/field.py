@@ -108,8 +108,8 @@ def irradiance(
 
 
 def _check_contact(settings: RenderSettings) -> None:
-    if not settings.volume.radiance_size and (settings.contact.pixels > 0 or settings.contact.hits > 0):
-        raise SettingsError("`contact` needs the probes' radiance: set volume.radiance_size=8")
+    if not settings.volume.radiance_size and settings.contact.hits > 0:
+        raise SettingsError("contact.hits needs the probes' radiance: set volume.radiance_size=8")
 
 
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
