@@ -88,7 +88,7 @@ def test_info_prints_what_there_is(run):
     assert rows["lights"] == "1 point"
     assert rows["units"].startswith("metres, ")
     assert rows["probes"].startswith("120 (4x5x6, ")
-    assert rows["memory"].startswith("4,192 bytes per probe, 0.503 MB")
+    assert rows["memory"].startswith("5,792 bytes per probe, 0.695 MB")
     assert "warning:" not in out
 
 

@@ -121,6 +121,8 @@ def import_scene(
 def _moved(tree: PluginTree, geometry: Geometry, notes: Notes) -> np.ndarray:
     """(3,) the origin that the tree counts from now: another one where the scene was far from it."""
     boxes = [shape.bbox() for _, shape in geometry.traced if shape.class_name() != "ShapeGroupPlugin"]
+    if not boxes:
+        return np.zeros(3)  # it is refused later
     low = np.min([np.ravel(box.min) for box in boxes], 0)
     high = np.max([np.ravel(box.max) for box in boxes], 0)
     origin = origin_for(low, high)

@@ -35,10 +35,9 @@ def read_obj(path: Path, notes: Notes) -> tuple[dict[str, Any], np.ndarray]:
     try:
         statements = read_statements(path)
         pieces = read_pieces(path, statements, notes)
-        origin = origin_for(
-            np.min([piece.positions.min(0) for piece in pieces], 0),
-            np.max([piece.positions.max(0) for piece in pieces], 0),
-        )
+        # Without a piece the scene has no geometry, which the import says.
+        places = np.concatenate([piece.positions for piece in pieces] or [np.zeros((1, 3))])
+        origin = origin_for(places.min(0), places.max(0))
         for piece in pieces:
             piece.positions = piece.positions - origin
         return _described(pieces, _materials(path, statements, notes), notes), origin
