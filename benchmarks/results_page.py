@@ -43,11 +43,11 @@ def _quality_row(r: dict[str, Any]) -> Sequence[Any]:
     told = [f"{x['flip_mean']:.3f} ({x['spp']} spp)" if x else "-" for x in rivals]
     better = rivals[0] is not None and r["frame_flip_mean"] < rivals[0]["flip_mean"]
     one = f"**{r['frame_flip_mean']:.3f}**" if better else f"{r['frame_flip_mean']:.3f}"
-    fine = r["configurations"]["fine"]
+    fine = r["configurations"].get("fine")  # not in what was measured before 2026-11-26
+    told += [f"{fine['flip_mean']:.3f}", f"{100 * fine['luminance_error']:+.1f} %"] if fine else ["-", "-"]
     return (
         r["name"], r["materials"], "×".join(map(str, r["size"])), f"{r['flip_mean']:.3f}", f"{r['flip_p99']:.2f}",
         f"{100 * r['luminance_error']:+.1f} %", f"{r['rel_mse']:.4f}", one, *told,
-        f"{fine['flip_mean']:.3f}", f"{100 * fine['luminance_error']:+.1f} %",
         f"{r['reference_spp']:,} from the {r['reference_start']}, {r['reference_flip']:.3f}",
         f"yes, for {r['target']:g}" if r["valid"] else f"**no**, for {r['target']:g}",
     )  # fmt: skip
