@@ -80,7 +80,9 @@ def test_the_volume_is_that_of_the_field():
     corners = grid.position(mi.UInt32([0, grid.size - 1]))
     assert np.allclose(np.array(corners).T, volume.box)
     assert (volume.counts, volume.probes) == ((4, 4, 4), 64)
-    assert volume.bytes_per_probe == (6 + 2) ** 2 * 8 + (8 + 2) ** 2 * 8 + (8 + 2) ** 2 * 8  # four halves; two floats
+    assert (
+        volume.bytes_per_probe == (6 + 2) ** 2 * 8 + (8 + 2) ** 2 * 8 + (8 + 2) ** 2 * 8
+    )  # four halves; two floats
     assert volume.bytes == 64 * volume.bytes_per_probe
 
 
