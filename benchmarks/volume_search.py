@@ -23,7 +23,7 @@ import click
 import numpy as np
 
 import ddgi
-from ddgi.box import Box
+from ddgi.box import Box, moved
 from ddgi.judge.denoiser import denoise
 from ddgi.judge.metrics import difference
 from ddgi.judge.reference import make_reference
@@ -153,6 +153,13 @@ def stretched(counts: tuple[int, int, int], axis: int, factor: float) -> tuple[i
     return int(best[0]), int(best[1]), int(best[2])
 
 
+def found_box(scene: ddgi.Scene) -> Box:
+    """The box that probes are laid over where nothing is said."""
+    x, y, z = scene.origin
+    seen = region.look(scene.tracer, scene.cameras)
+    return moved(region.find(scene.tracer, seen, moved(scene.bounds, (-x, -y, -z))), scene.origin)
+
+
 def search(name: str, case: Case) -> dict[str, Any]:
     """Score our volume and all others."""
     scene = case.load()
@@ -176,7 +183,7 @@ def search(name: str, case: Case) -> dict[str, Any]:
         }
 
     print(f"{name}: {noise:.4f} between halves of the reference, {reference.spp} samples a pixel", flush=True)
-    box = scene.box or region.find(scene.tracer, region.look(scene.tracer, scene.cameras), scene.bounds)
+    box = scene.box or found_box(scene)
     counts = ddgi.IrradianceField.fit(scene, settings).volumes[0].grid.counts
     trials = {"automatic": score("automatic", settings.grid)}
     for label, layout in candidates(box, scene.bounds, case.by_hand, counts):

@@ -6,7 +6,7 @@ import pytest
 
 import ddgi
 from ddgi.probes import region
-from ddgi.probes.region import _grown, _trimmed
+from ddgi.probes.region import _further, _grown, _trimmed
 from ddgi.scene.camera import look_at
 from probing import diffuse, load, rgb, small
 
@@ -130,6 +130,25 @@ def test_a_hall_is_taken_whole_though_the_camera_looks_away_from_most_of_it():
     hall = np.array([[0.0, 0.0, 0.0], [12.0, 2.5, 3.0]])
     scene = load({"type": "scene", **room(*hall, "hall"), "lamp": {"type": "point", "position": [1, 2, 1]}})
     assert np.allclose(found(scene, look_at((6, 1.25, 1.5), (11, 1.1, 2.0))), hall, atol=0.05)
+
+
+@pytest.mark.parametrize(
+    "most, rest, moved",
+    [
+        (0.0, 0.0, 0.0),  # a wall
+        (3.0, 3.0, 3.0),  # a room cut through
+        (0.0, 4.0, 0.5),  # a wall with a door to another room
+        (3.0, 4.0, 3.5),  # both
+        (0.0, 0.2, 0.2),  # a niche
+        (0.0, np.inf, 0.0),  # a window
+        (0.0, 90.0, 0.0),  # a window in a dome of sky
+        (np.inf, np.inf, 0.0),  # no wall at all
+        (90.0, 90.0, 0.0),  # nothing but the dome
+    ],
+)
+def test_how_far_sides_move_out(most, rest, moved):
+    ahead = np.append(np.full(970, most), np.full(30, rest))
+    assert _further(ahead, furthest=10.0, behind=0.5) == pytest.approx(moved)
 
 
 def wall_and_beyond(share, gap):

@@ -7,7 +7,8 @@ outwards, the box grows to the next share of the light only while that share lie
 it then ends a little beyond a wall, it is laid at the wall: planes of probes between there and the
 wall would light next to nothing, and stand where they see what is behind it. And where it ends in the
 middle of a room, because hardly any path goes there, it is drawn to the end of the room: light that
-the paths miss may stand there, and all that it sheds on the walls around it would be lost.
+the paths miss may stand there, and all that it sheds on the walls around it would be lost. Behind a
+wall with a door to another room it goes on for about a plane of probes, which have that room's light.
 """
 
 from __future__ import annotations
@@ -47,6 +48,10 @@ REACH = 2.0
 """How far the end of a room may lie beyond the box, in lengths of the box's longest side: no dome of sky."""
 AHEAD = 4096
 """Rays that look for it, on each side."""
+DOOR = 0.005
+"""Share of rays through a side that must pass the wall there for it to have an opening."""
+BEHIND = 0.1
+"""How far the box goes on behind one, in edges of a cube of its volume: more than a spacing of 2,048 probes."""
 
 
 @dataclass
@@ -174,26 +179,44 @@ def _completed(tracer: Tracer, sides: np.ndarray) -> tuple[np.ndarray, np.ndarra
         tracer: The scene.
         sides: (3, 2) low and high end along each axis [m].
     """
-    furthest = REACH * (sides[:, 1] - sides[:, 0]).max()
+    length = sides[:, 1] - sides[:, 0]
+    furthest, behind = REACH * length.max(), BEHIND * np.prod(length) ** (1 / 3)
     out = sides.copy()
     for axis in range(3):
         for end, sign in enumerate((-1, 1)):
-            further = sign * (_ahead(tracer, sides, axis, sign) - sides[axis, end])
-            if 0 < further <= furthest:
-                out[axis, end] += sign * further
+            out[axis, end] += sign * _further(_ahead(tracer, sides, axis, sign), furthest, behind)
     return out[:, 0], out[:, 1]
 
 
-def _ahead(tracer: Tracer, sides: np.ndarray, axis: int, sign: int) -> float:
-    """Where half of the rays end that leave a box through its low (-1) or high (1) side, straight ahead [m]."""
+def _further(ahead: np.ndarray, furthest: float, behind: float) -> float:
+    """How far a side moves out [m].
+
+    Args:
+        ahead: (N,) how far beyond the side rays end that leave through it [m]; infinite where they meet nothing.
+        furthest: Where the end of a room may lie at most.
+        behind: How far to go on behind a wall with an opening.
+    """
+    wall = float(np.median(ahead))
+    if not wall <= furthest:
+        return 0.0
+    wall = max(wall, 0.0)
+    passing = ahead > wall + SAME_WALL * furthest
+    inside = passing & (ahead <= furthest)  # a room, and not the open
+    if inside.sum() < max(DOOR * len(ahead), passing.sum() / 2):
+        return wall
+    return wall + min(behind, float(np.median(ahead[inside])) - wall)
+
+
+def _ahead(tracer: Tracer, sides: np.ndarray, axis: int, sign: int) -> np.ndarray:
+    """How far beyond the low (-1) or high (1) side of a box rays end that leave through it, straight ahead [m]."""
     time, lane = sampling.clock(0, 0), dr.arange(mi.UInt32, AHEAD)
     first, second = (sampling.uniform_2d(time, sampling.REGION, lane + k * AHEAD) for k in range(2))
     share = np.array([first.x, first.y, second.x])
-    # From close to the side: what rays meet then belongs to what lies there.
-    share[axis] = SLIVER * share[axis] if sign < 0 else 1 - SLIVER * share[axis]
+    inside = SLIVER * share[axis]  # from close to the side: what rays meet then belongs to what lies there
+    share[axis] = inside if sign < 0 else 1 - inside
     low, high = sides.T
     origin = low + share.T * (high - low)
     direction = mi.Vector3f([float(sign * (a == axis)) for a in range(3)])
     seen = tracer.intersect(mi.Point3f(origin.T), direction, mi.Bool(True), time=time, stream=sampling.REGION)
-    distance = np.array(dr.select(seen.valid, seen.distance, dr.inf))
-    return float(np.median(origin[:, axis] + sign * distance))
+    ahead: np.ndarray = np.array(dr.select(seen.valid, seen.distance, dr.inf)) - inside * (high - low)[axis]
+    return ahead
