@@ -5,14 +5,19 @@ import pytest
 import ddgi  # noqa: F401 - before any test imports Dr.Jit, which then loads the right libLLVM
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--backend cuda` runs the tests on the GPU."""
+    parser.addoption("--backend", choices=("llvm", "cuda"), default="llvm", help="what computes")
+
+
 @pytest.fixture(scope="session", autouse=True)
-def backend() -> str:
-    """Choose the CPU before any test makes an array, unless something is in use already."""
+def backend(pytestconfig: pytest.Config) -> str:
+    """Choose what computes before any test makes an array, unless something is in use already."""
     import mitsuba as mi
 
     from ddgi.backend import use_backend
 
-    return use_backend("llvm" if mi.variant() is None else "auto")
+    return use_backend(pytestconfig.getoption("--backend") if mi.variant() is None else "auto")
 
 
 @pytest.fixture(autouse=True)
