@@ -11,7 +11,7 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.lighting import direct
 from ddgi.passes import gbuffer, picture, tone
-from ddgi.probes import blend, contact, gather, grid, query, rays, volume
+from ddgi.probes import blend, bounce, contact, grid, query, rays, volume
 from ddgi.settings_group import settings_group
 
 
@@ -25,7 +25,7 @@ class RenderSettings:
     grid: grid.Settings = grid.Settings()
     volume: volume.Settings = volume.Settings()
     rays: rays.Settings = rays.Settings()
-    gather: gather.Settings = gather.Settings()
+    gather: bounce.Settings = bounce.Settings()
     blend: blend.Settings = blend.Settings()
     query: query.Settings = query.Settings()
     contact: contact.Settings = contact.Settings()

@@ -6,10 +6,12 @@ The field's share makes light bounce once more with every frame, without end.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Annotated, Literal
 
 import drjit as dr
 import mitsuba as mi
+from annotated_types import Interval
+from typing_extensions import Doc
 
 from ddgi import sampling
 from ddgi.lighting import direct
@@ -17,11 +19,42 @@ from ddgi.lighting.lights import Lights, environment_radiance
 from ddgi.probes import query, volume
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock
+from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface
 from ddgi.trace.tracer import Tracer
 
-if TYPE_CHECKING:
-    from ddgi.probes import gather
+
+@settings_group("gather")
+class Settings:
+    """What a probe's ray brings back."""
+
+    bounces: Annotated[
+        Literal["field", "path"],
+        Doc("light beyond a ray's path: last frame's field (SCALE 2.3), or none, for full paths (MFF 3.2.5)"),
+    ] = "field"
+    path_length: Annotated[
+        int,
+        Interval(ge=1, le=32),
+        Doc(
+            "surfaces along a ray's path: with 2 and the field, light between things finer than probes is kept"
+        ),
+    ] = 1
+    energy_preservation: Annotated[
+        float,
+        Interval(ge=0, le=1),
+        Doc("multiplies the field's light at hits, so that bounces cannot gain energy (CTU 4.4)"),
+    ] = 1.0
+    back_face_distance: Annotated[
+        float,
+        Interval(ge=0, le=1),
+        Doc("distance of a back-face hit times this: shortened by 80 % (SCALE 4.1), 0 in MFF"),
+    ] = 0.2
+    taps: Annotated[
+        Literal["bilinear", "stochastic"],
+        Doc(
+            "texels read from each map at hits: four, or one picked with their weights (faster; the mean is the same)"
+        ),
+    ] = "stochastic"
 
 
 @dataclass
@@ -32,7 +65,7 @@ class Illumination:
     lights: Lights
     vol: ProbeVolume
     time: Clock
-    gather: gather.Settings
+    gather: Settings
     direct: direct.Settings
     query: query.Settings
     layout: volume.Settings

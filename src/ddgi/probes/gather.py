@@ -7,53 +7,16 @@ every frame, without end. MFF traces whole paths instead and feeds nothing back.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
 
 import drjit as dr
 import mitsuba as mi
-from annotated_types import Interval
-from typing_extensions import Doc
 
 from ddgi import sampling
 from ddgi.lighting.guard import finite
 from ddgi.probes import contact
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
 from ddgi.probes.rays import ProbeRays
-from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, matt_bounce
-
-
-@settings_group("gather")
-class Settings:
-    """What a probe's ray brings back."""
-
-    bounces: Annotated[
-        Literal["field", "path"],
-        Doc("light beyond a ray's path: last frame's field (SCALE 2.3), or none, for full paths (MFF 3.2.5)"),
-    ] = "field"
-    path_length: Annotated[
-        int,
-        Interval(ge=1, le=32),
-        Doc(
-            "surfaces along a ray's path: with 2 and the field, light between things finer than probes is kept"
-        ),
-    ] = 1
-    energy_preservation: Annotated[
-        float,
-        Interval(ge=0, le=1),
-        Doc("multiplies the field's light at hits, so that bounces cannot gain energy (CTU 4.4)"),
-    ] = 1.0
-    back_face_distance: Annotated[
-        float,
-        Interval(ge=0, le=1),
-        Doc("distance of a back-face hit times this: shortened by 80 % (SCALE 4.1), 0 in MFF"),
-    ] = 0.2
-    taps: Annotated[
-        Literal["bilinear", "stochastic"],
-        Doc(
-            "texels read from each map at hits: four, or one picked with their weights (faster; the mean is the same)"
-        ),
-    ] = "stochastic"
 
 
 @dataclass
