@@ -62,7 +62,7 @@ def settings(box: Any) -> ddgi.RenderSettings:
 def ours() -> Steady:
     """Measured as `ddgi bench` does."""
     room = scene()
-    return measure(room, settings(room.box))
+    return measure(room, settings(room.bounds))
 
 
 def theirs(script: Path) -> float:

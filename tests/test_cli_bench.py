@@ -5,7 +5,14 @@ import json
 import pytest
 
 SMALL = ["--no-starts", "--size", "32x18", "--set", "grid.counts=[4,4,4]", "--set", "rays.per_probe=16"]
-STAGES = {"spawn rays", "trace and shade", "blend irradiance", "blend distance", "camera rays", "light pixels"}
+STAGES = {
+    "spawn rays",
+    "trace and shade",
+    "blend irradiance",
+    "blend distance",
+    "camera rays",
+    "light pixels",
+}
 
 
 @pytest.mark.parametrize(

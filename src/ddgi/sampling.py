@@ -47,6 +47,11 @@ def clock(seed: int, tick: int) -> Clock:
     return Clock(dr.opaque(mi.UInt32, seed & 0xFFFFFFFF), dr.opaque(mi.UInt32, tick & 0xFFFFFFFF))
 
 
+def apart(time: Clock) -> Clock:
+    """The same frame, with random numbers that nothing else in it has."""
+    return Clock(time.seed ^ 0x80000000, time.tick)
+
+
 def uniform_2d(time: Clock, stream: int, index: mi.UInt32) -> mi.Point2f:
     """Two uniform numbers in [0, 1) for each index. index: (N,); result: (N,)."""
     a, b = _hash(time.seed, time.tick * _STREAMS + stream, index)

@@ -10,5 +10,7 @@ def finite(radiance: mi.Color3f) -> tuple[mi.Color3f, mi.UInt32]:
     """Replace colours that are not finite by black, and count them. radiance: (N,); count: (1,)."""
     good = dr.all(dr.isfinite(radiance))
     count = dr.opaque(mi.UInt32, 0)
-    dr.scatter_reduce(dr.ReduceOp.Add, count, mi.UInt32(1), mi.UInt32(0), ~good)
+    # Directly: hardly ever does one add to it, which a copy of the count for each thread would not be worth.
+    one, mode = mi.UInt32(1), dr.ReduceMode.Direct
+    dr.scatter_reduce(dr.ReduceOp.Add, count, one, mi.UInt32(0), ~good, mode=mode)
     return dr.select(good, radiance, mi.Color3f(0)), count

@@ -17,8 +17,9 @@ from typing_extensions import Doc
 from ddgi import sampling
 from ddgi.extrema import at_least, at_most
 from ddgi.probes import formats, query, volume
+from ddgi.probes.directions import picked
 from ddgi.probes.gather import Gathered
-from ddgi.probes.octahedral import bordered, interior, texel_directions
+from ddgi.probes.octahedral import bordered, interior, texel_direction
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, uniform_2d
 from ddgi.settings_group import settings_group
@@ -181,10 +182,8 @@ def _weights(size: int, directions: mi.Vector3f, sharpness: float) -> mi.TensorX
     texels, rays = size * size, dr.width(directions)
     lane = dr.arange(mi.UInt32, texels * rays)
     texel = lane // rays
-    cosine = dr.dot(
-        dr.gather(mi.Vector3f, dr.ravel(texel_directions(size)), texel),
-        dr.gather(mi.Vector3f, dr.ravel(directions), lane - texel * rays),
-    )
+    direction = picked(directions, lane - texel * rays)
+    cosine = dr.dot(texel_direction(texel, size), direction)
     cosine = at_least(cosine, 0)
     if sharpness != 1:
         cosine = dr.select(cosine > 0, dr.power(cosine, sharpness), 0)

@@ -52,8 +52,21 @@ class Settings:
     ] = 4
 
 
-def thinned(lane: mi.UInt32, every: int, time: Clock, row: int = 1) -> mi.UInt32:
-    """Which of so many times as many lanes the few stand for: another one each time, and in each row.
+def in_turn(number: mi.UInt32, few: int, every: int, time: Clock) -> mi.UInt32:
+    """The order of rays in which those whose turn it is come first, `few` spread over all of them.
+
+    Args:
+        number: (N,) places in the order.
+        few: How many have their turn; `few * every` of the rays ever have.
+        every: One in how many they are.
+        time: Moves on to the next of the many.
+    """
+    spread = number % few * every + (time.tick + number // few) % every
+    return dr.select(number < few * every, spread, number)
+
+
+def thinned(lane: mi.UInt32, every: int, time: Clock, row: int) -> mi.UInt32:
+    """Which of so many times as many pixels the few stand for: another one each time, and in each row.
 
     Args:
         lane: (N,) numbers of the few.

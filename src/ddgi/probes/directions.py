@@ -41,3 +41,8 @@ def random_rotation(time: Clock) -> mi.Matrix3f:
 def frame_directions(count: int, time: Clock) -> mi.Vector3f:
     """This frame's directions, the same for every probe. (count,) unit vectors."""
     return random_rotation(time) @ fibonacci(count)
+
+
+def picked(directions: mi.Vector3f, ray: mi.UInt32) -> mi.Vector3f:
+    """The directions of some rays. directions: (R,) in memory; ray: (N,) below R; result: (N,)."""
+    return mi.Vector3f([dr.gather(mi.Float, axis, ray) for axis in directions])

@@ -64,7 +64,7 @@ class IrradianceField:
         """
         _check_contact(settings)
         for vol in self.volumes:
-            if vol.layout is not None and vol.layout != settings.volume:
+            if vol.made_for not in (None, repr(settings.volume)):
                 raise SettingsError("the field was fitted with other `volume` settings: fit a new one")
             if vol.exponent is not None and vol.exponent != query.lookup_exponent(settings.query):
                 raise SettingsError("the field was fitted with another `query.sqrt_blending`: fit a new one")

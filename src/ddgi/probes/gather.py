@@ -6,7 +6,7 @@ every frame, without end. MFF traces whole paths instead and feeds nothing back.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -15,6 +15,7 @@ from ddgi import sampling
 from ddgi.lighting.guard import finite
 from ddgi.probes import contact
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
+from ddgi.probes.directions import picked
 from ddgi.probes.rays import ProbeRays
 from ddgi.trace.surface import Surface, matt_bounce
 
@@ -30,21 +31,59 @@ class Gathered:
 
 
 def gather(by: Illumination, rays: ProbeRays, s: contact.Settings) -> Gathered:
-    """Trace this frame's rays and shade what they hit with the lights and last frame's field."""
-    surface = _first_hits(by, rays.origin, rays.direction)
-    radiance, bad = finite(arriving(by, surface, rays.direction) + _along_path(by, surface).radiance)
-    distance = surface.distance * dr.rcp(by.vol.reach(by.layout))
-    distance = dr.select(surface.back, distance * by.gather.back_face_distance, distance)
-    dr.eval(radiance, distance, bad)  # one kernel: each later use alone would trace the rays again
-    if s.hits > 0 and by.gather.bounces == "field":
-        bad = bad + _add_near(radiance, by, rays, s)
+    """Trace this frame's rays and shade what they hit with the lights and last frame's field.
+
+    The few that look for light from nearby surfaces too (`contact.every`) are traced apart: in one
+    kernel, all would wait for them.
+    """
+    if s.hits == 0 or by.gather.bounces == "path":
+        radiance, distance, bad = _brought_back(by, rays.origin, rays.direction)
+        dr.eval(radiance, distance, bad)  # one kernel: each later use alone would trace the rays again
+        return Gathered(rays.directions, radiance, distance, bad)
+    every, probes, bad = min(s.every, rays.count), by.vol.grid.size, mi.UInt32(0)
+    few = rays.count // every
+    radiance, distance = dr.empty(mi.Color3f, rays.count * probes), dr.empty(mi.Float, rays.count * probes)
+    for first, last, near in ((0, few, s.hits), (few, rays.count, 0.0)):
+        if first == last:
+            continue
+        lane = dr.arange(mi.UInt32, first * probes, last * probes)
+        turn = lane // probes
+        ray, probe = contact.in_turn(turn, few, every, by.time), lane - turn * probes
+        # Lanes are counted from zero in both, and random numbers by lanes.
+        lit = replace(by, time=sampling.apart(by.time)) if near else by
+        origin, direction = by.vol.grid.position(probe), picked(rays.directions, ray)
+        light, length, wrong = _brought_back(lit, origin, direction, near, rays.count / few)
+        dr.scatter(radiance, light, ray * probes + probe, mode=dr.ReduceMode.Permute)
+        dr.scatter(distance, length, ray * probes + probe, mode=dr.ReduceMode.Permute)
+        dr.eval(radiance, distance, wrong)
+        bad += wrong
     return Gathered(rays.directions, radiance, distance, bad)
 
 
-def _first_hits(by: Illumination, origin: mi.Point3f, direction: mi.Vector3f) -> Surface:
-    return by.tracer.intersect(
+def _brought_back(
+    by: Illumination, origin: mi.Point3f, direction: mi.Vector3f, near: float = 0, weight: float = 1
+) -> tuple[mi.Color3f, mi.Float, mi.UInt32]:
+    """Radiance and distance of rays, and how many were no numbers.
+
+    Args:
+        by: What lights what they hit.
+        origin: (N,) where they start [m].
+        direction: (N,) unit.
+        near: How far around the ends of their paths light of nearby surfaces is looked for [spacings].
+        weight: How many rays each of them stands for in that.
+    """
+    surface = by.tracer.intersect(
         origin, direction, mi.Bool(True), time=by.time, stream=sampling.PROBE_ALPHA, coherent=True
     )
+    path = _along_path(by, surface)
+    radiance = arriving(by, surface, direction) + path.radiance
+    if near > 0:
+        light = contact.near_light(by, path.end, near, sampling.PROBE_CONTACT)
+        radiance += weight * path.throughput * reflected(path.end, light)
+    radiance, bad = finite(radiance)
+    distance = surface.distance * dr.rcp(by.vol.reach(by.layout))
+    distance = dr.select(surface.back, distance * by.gather.back_face_distance, distance)
+    return radiance, distance, bad
 
 
 @dataclass
@@ -75,21 +114,3 @@ def _along_path(by: Illumination, surface: Surface) -> _Path:
     if by.gather.bounces == "field":
         irradiance += from_field(by, surface)
     return _Path(radiance + throughput * reflected(surface, irradiance), throughput, surface)
-
-
-def _add_near(radiance: mi.Color3f, by: Illumination, rays: ProbeRays, s: contact.Settings) -> mi.UInt32:
-    """Add to what rays brought back the light of what is near the ends of their paths, in one ray of `every`.
-
-    Those few are traced again: cheaper than to keep all that was found. Returns how many were no numbers.
-    """
-    probes = by.vol.grid.size
-    few = max(1, rays.count // s.every)
-    lane = dr.arange(mi.UInt32, few * probes)
-    row = lane // probes
-    ray, probe = contact.thinned(row, s.every, by.time), lane - row * probes
-    direction = dr.gather(mi.Vector3f, dr.ravel(rays.directions), ray)
-    path = _along_path(by, _first_hits(by, by.vol.grid.position(probe), direction))
-    light = contact.near_light(by, path.end, s.hits, sampling.PROBE_CONTACT)
-    value, bad = finite(path.throughput * reflected(path.end, light) * (rays.count / few))
-    dr.scatter_add(radiance, value, ray * probes + probe)
-    return bad

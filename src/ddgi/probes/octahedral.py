@@ -34,7 +34,11 @@ def square_to_direction(square: mi.Vector2f) -> mi.Vector3f:
 
 def texel_directions(size: int) -> mi.Vector3f:
     """Directions of the centres of a size x size map's interior texels, row by row. (size^2,)."""
-    texel = dr.arange(mi.UInt32, size * size)
+    return texel_direction(dr.arange(mi.UInt32, size * size), size)
+
+
+def texel_direction(texel: mi.UInt32, size: int) -> mi.Vector3f:
+    """Direction of the centre of interior texels, counted row by row. texel: (N,); result: (N,)."""
     x, y = mi.Float(texel % size), mi.Float(texel // size)
     return square_to_direction(mi.Vector2f((x + 0.5) * (2 / size) - 1, (y + 0.5) * (2 / size) - 1))
 

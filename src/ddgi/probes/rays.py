@@ -14,7 +14,7 @@ import mitsuba as mi
 from annotated_types import Interval
 from typing_extensions import Doc
 
-from ddgi.probes.directions import frame_directions
+from ddgi.probes.directions import frame_directions, picked
 from ddgi.probes.grid import ProbeGrid
 from ddgi.sampling import Clock
 from ddgi.settings_group import settings_group
@@ -40,8 +40,8 @@ class ProbeRays:
 def spawn(layout: ProbeGrid, time: Clock, s: Settings) -> ProbeRays:
     """This frame's rays: a Fibonacci set under one random rotation (SCALE 2.3)."""
     directions = frame_directions(s.per_probe, time)
-    table = dr.ravel(directions)  # in memory: every ray reads one of these few
+    dr.eval(directions)  # into memory: every ray reads one of these few
     lane = dr.arange(mi.UInt32, s.per_probe * layout.size)
     ray = lane // layout.size
     origin = layout.position(lane - ray * layout.size)
-    return ProbeRays(s.per_probe, directions, origin, dr.gather(mi.Vector3f, table, ray))
+    return ProbeRays(s.per_probe, directions, origin, picked(directions, ray))

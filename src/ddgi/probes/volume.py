@@ -57,7 +57,7 @@ class ProbeVolume:
     radiance: Any  # P (nr + 2)^2 texels of `irradiance_format`; None if there is no such map
     age: mi.UInt32  # (1,) updates since the maps were empty
     texel_fit: TexelFit  # of irradiance maps
-    layout: Settings | None = None  # what the maps were allocated for; None: not known
+    made_for: str | None = None  # the settings that the maps were allocated for, written out; None: not known
     exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
 
     def reach(self, s: Settings) -> mi.Float:
@@ -103,5 +103,5 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
         maps(colour, s.radiance_size) if s.radiance_size else None,
         dr.opaque(mi.UInt32, 0),
         texel_fit(s.irradiance_size),
-        layout=s,
+        made_for=repr(s),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -60,7 +61,7 @@ class Scene:
             low, high = np.minimum(low, self.box[0]), np.maximum(high, self.box[1])
         return tuple(low.tolist()), tuple(high.tolist())
 
-    @property
+    @cached_property
     def _traced_bounds(self) -> Box:
         """The box around all geometry, from `origin`."""
         bounds = self.mi_scene.bbox()
@@ -75,9 +76,9 @@ class Scene:
         """
         return None if self.parsed is None else mi.parser.ParserState(self.parsed)
 
-    @property
+    @cached_property
     def tracer(self) -> MeshTracer:
-        """What traces rays through this scene."""
+        """What traces rays through this scene; made once, as every frame asks for it."""
         extent = float(np.abs(self._traced_bounds).max())
         return MeshTracer(
             self.mi_scene,
