@@ -24,11 +24,14 @@ def fibonacci(count: int) -> mi.Vector3f:
 
 
 def random_rotation(time: Clock) -> mi.Matrix3f:
-    """One uniformly distributed rotation per frame: a random unit quaternion (Shoemake 1992)."""
-    u = sampling.uniform_2d(time, sampling.ROTATION, mi.UInt32(0))
-    v = sampling.uniform_2d(time, sampling.ROTATION, mi.UInt32(1))
+    """One uniformly distributed rotation per frame: a unit quaternion (Shoemake 1992).
+
+    Of a low-discrepancy sequence, so that the rays of successive frames fall between each other's.
+    """
+    u = sampling.low_discrepancy_2d(time, sampling.ROTATION, mi.UInt32(0), time.tick)
+    v = sampling.low_discrepancy(time, sampling.ROTATION, mi.UInt32(0), time.tick)
     sin_a, cos_a = dr.sincos(2 * dr.pi * u.y)
-    sin_b, cos_b = dr.sincos(2 * dr.pi * v.x)
+    sin_b, cos_b = dr.sincos(2 * dr.pi * v)
     a, b = dr.sqrt(1 - u.x), dr.sqrt(u.x)
     x, y, z, w = a * sin_a, a * cos_a, b * sin_b, b * cos_b
     return mi.Matrix3f(
