@@ -7,18 +7,12 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.backend import use_backend
 from ddgi.errors import SceneError
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "scenes"
 SAMPLES = 1024
 TOLERANCE = 5 * 0.5 / np.sqrt(SAMPLES)
 """Five standard errors of a mean of values in [0, 1], which deviate by at most 1/2 each."""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def backend():
-    use_backend("llvm")
 
 
 def load(source, materials="diffuse", **keywords):

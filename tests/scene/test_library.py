@@ -15,17 +15,6 @@ from ddgi.scene import library
 from ddgi.scene.library import BUILT_IN, Blueprint
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _variant() -> None:
-    if mi.variant() is None:
-        try:
-            from ddgi.backend import use_backend
-        except ImportError:
-            mi.set_variant("llvm_ad_rgb")
-        else:
-            use_backend("llvm")
-
-
 @cache
 def built(name: str, **parameters: float) -> tuple[Blueprint, mi.Scene]:
     """A built-in scene and what Mitsuba makes of it."""

@@ -7,15 +7,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.backend import use_backend
 from ddgi.errors import SceneError
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "scenes"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def backend():
-    use_backend("llvm")
 
 
 def load(*args, **keywords):

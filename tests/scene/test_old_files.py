@@ -6,16 +6,10 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.backend import use_backend
 from ddgi.errors import SceneError
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "scenes"
 FOLDERS = ("classroom", "cornell-bitterli", "staircase2", "veach-ajar", "veach-bidir")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def backend():
-    use_backend("llvm")
 
 
 def load(folder, body, version="0.5.0"):

@@ -7,13 +7,6 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.backend import use_backend
-
-
-@pytest.fixture(scope="module", autouse=True)
-def backend():
-    use_backend("llvm")
-
 
 def rgb(value):
     return {"type": "rgb", "value": [value, 0.6 * value, 0.3 * value]}

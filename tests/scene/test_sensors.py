@@ -4,15 +4,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.backend import use_backend
 from ddgi.errors import SceneError, SettingsError
 
 FILM = {"type": "hdrfilm", "width": 96, "height": 64}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def backend():
-    use_backend("llvm")
 
 
 def load(**sensors):

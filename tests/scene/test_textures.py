@@ -5,15 +5,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi.backend import use_backend
 from ddgi.errors import SceneError
 
 HALF = 1e-3  # half precision has 11 bits: 2^-11 of values up to 1, twice
-
-
-@pytest.fixture(scope="module", autouse=True)
-def backend():
-    use_backend("llvm")
 
 
 def load(texture, parameter="reflectance", bsdf="diffuse"):
