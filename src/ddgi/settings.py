@@ -121,10 +121,10 @@ _classic = replace(
     query=replace(_published.query, visibility=False, wrap="off", crush=0.0, bias="off"),
 )
 
-# For stills: light between things finer than the probes, and half the noise's variance.
+# For stills: light between things finer than the probes, and a third of the noise's variance.
 _fine = replace(
     _default,
-    rays=replace(_default.rays, per_probe=256),
+    rays=replace(_default.rays, per_probe=384),
     contact=replace(_default.contact, pixels=1.0, every=1),
 )
 

@@ -1,5 +1,7 @@
 """Light from nearby surfaces, which replaces what probes saw in the same direction."""
 
+from dataclasses import replace
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -52,27 +54,41 @@ def even_field(s):
     return hand_made(lattice((3, 3, 3), (-1, -1, -1)), s, np.ones((27, 3)))
 
 
-def added(scene, s, reach, exact=True):
-    """Mean irradiance that near_light adds at the origin, which looks up."""
+def samples(scene, s, field, reach, bounded=False):
+    """What near_light adds at the origin, which looks up. (3, SAMPLES)."""
     by = Illumination(
-        scene.tracer, scene.lights, even_field(s), many_ticks(SAMPLES), s.gather, s.direct, s.query, s.volume
+        scene.tracer, scene.lights, field, many_ticks(SAMPLES), s.gather, s.direct, s.query, s.volume
     )
-    found = near_light(
-        by, surface_at(np.zeros((SAMPLES, 3)), (0, 1, 0)), reach, sampling.PIXEL_CONTACT, exact=exact
-    )
-    return np.array(found, np.float64).mean(1)
+    at = surface_at(np.zeros((SAMPLES, 3)), (0, 1, 0))
+    return np.array(near_light(by, at, reach, sampling.PIXEL_CONTACT, bounded=bounded), np.float64)
 
 
-@pytest.mark.parametrize("exact", [True, False])
+def added(scene, s, reach, bounded=False):
+    """Their mean, under a sky of radiance one."""
+    return samples(scene, s, even_field(s), reach, bounded).mean(1)
+
+
+@pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("radiance", [0.0, 1.0, 3.0])
-def test_a_disk_overhead_takes_its_share_of_the_sky(radiance, exact):
+def test_a_disk_overhead_takes_its_share_of_the_sky(radiance, bounded):
     """Form factor of a parallel disk from a point on its axis: r^2 / (r^2 + h^2)."""
     factor = RADIUS**2 / (RADIUS**2 + HEIGHT**2)
     expected = np.pi * factor * (radiance - 1)
     error = 4.5 * np.pi * abs(radiance - 1) * np.sqrt(factor * (1 - factor) / SAMPLES)
-    assert added(under_a_disk(radiance), with_radiance(), 50.0, exact) == pytest.approx(
+    assert added(under_a_disk(radiance), with_radiance(), 50.0, bounded) == pytest.approx(
         [expected] * 3, abs=error + 1e-5
     )
+
+
+def test_no_bounded_sample_takes_away_more_than_there_is():
+    """Probes saw most of their light around the zenith, where a black disk hides it from the point."""
+    s = with_radiance()
+    zenith = np.array(texel_directions(8)).reshape(3, 8, 8, 1)[1] > 0.8
+    bright = np.broadcast_to(np.where(zenith, 9.0, 0.1), (27, 8, 8, 3))
+    field = replace(even_field(s), radiance=hand_made(lattice((3, 3, 3), (-1, -1, -1)), s, bright).radiance)
+    free, bounded = (samples(under_a_disk(), s, field, 50.0, b).min() for b in (False, True))
+    assert free < -8 * np.pi
+    assert bounded == pytest.approx(-np.pi, rel=1e-3)  # the field gives pi
 
 
 def test_beyond_its_reach_the_field_stands():
@@ -135,7 +151,7 @@ def test_without_maps_of_radiance_contact_is_refused():
         IrradianceField.fit(scene, changed(without, contact_hits=1.0))
     field = IrradianceField.fit(scene, without)
     with pytest.raises(SettingsError, match=r"volume\.radiance_size"):
-        render_frame(scene, field, camera_in(), 0, changed(without, contact_hits=1.0))
+        render_frame(scene, field, camera_in(), 0, changed(without, contact_pixels=1.0))
     with pytest.raises(SettingsError, match="radiance"):
         radiance_map(field, without)
 

@@ -30,12 +30,12 @@ def nearby(
     if s.pixels == 0:
         return mi.Color3f(0)
     if s.every == 1:
-        return contact.near_light(by, surface, s.pixels, sampling.PIXEL_CONTACT, exact=False)
+        return contact.near_light(by, surface, s.pixels, sampling.PIXEL_CONTACT, bounded=True)
     width, height = camera.size
     lane = dr.arange(mi.UInt32, -(-width * height // s.every))
     pixel = contact.thinned(lane, s.every, by.time, row=width)
     seen = gbuffer.gbuffer(by.tracer, camera, by.time, g, pixel)
     whole = dr.zeros(mi.Color3f, width * height)
-    found = contact.near_light(by, seen, s.pixels, sampling.PIXEL_CONTACT, exact=False) * s.every
+    found = contact.near_light(by, seen, s.pixels, sampling.PIXEL_CONTACT, bounded=True) * s.every
     dr.scatter(whole, found, pixel, pixel < width * height)
     return whole

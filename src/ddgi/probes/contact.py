@@ -5,7 +5,7 @@ table, are not in it. So one short ray leaves each point, as light leaves a matt
 meets something near, the light of that replaces what the probes saw in the same direction; where it
 does not, the field stands. SDF 3.5 has the idea, for what the picture shows and mixed by occlusion;
 here it is everything around a point, and what is replaced is known, as probes keep a map of the
-radiance itself (`volume.radiance_size`), or else its cosine-weighted mean:
+radiance itself (`volume.radiance_size`):
 
     E = E_field + pi * mean over cosine-distributed directions of near * (L_hit - L_probes)
 """
@@ -19,7 +19,7 @@ import mitsuba as mi
 from annotated_types import Interval
 from typing_extensions import Doc
 
-from ddgi.extrema import clamp
+from ddgi.extrema import at_most, clamp
 from ddgi.probes import query
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
 from ddgi.sampling import Clock, low_discrepancy_2d
@@ -79,7 +79,7 @@ def thinned(lane: mi.UInt32, every: int, time: Clock, row: int) -> mi.UInt32:
 
 
 def near_light(
-    by: Illumination, surface: Surface, reach: float, stream: int, *, exact: bool = True
+    by: Illumination, surface: Surface, reach: float, stream: int, *, bounded: bool = False
 ) -> mi.Color3f:
     """What nearby surfaces add to the field's irradiance, a sample of it; it may be negative.
 
@@ -89,9 +89,9 @@ def near_light(
         reach: Length of the rays, in the smallest spacing of the probes. What is met in its second
             half counts less and less, down to nothing at its end.
         stream: Of random numbers (`ddgi.sampling`).
-        exact: Compare with the radiance that probes saw, else with its cosine-weighted mean. The mean keeps
-            what lamps and windows behind a near surface take away from single samples small; but walls turn
-            too dark, which every bounce would make worse.
+        bounded: Take away no more than the field gives at the point. In front of a window that something near
+            hides, few samples take away all and more, which leaves black dots in pictures; in the field, where
+            many samples are averaged, a bound would only be wrong.
 
     Returns:
         (N,) irradiance [W/m^2].
@@ -104,19 +104,10 @@ def near_light(
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
     light = from_lamps(by, near, stream) + from_field(by, near)
     met = arriving(by, near, direction) + reflected(near, light)
-    seen = query.radiance if exact else _mean_radiance
-    known = seen(
+    known = query.radiance(
         by.vol, surface.position, surface.normal, surface.to_viewer, direction, near.valid,
         by.layout, by.query, tap(by, width), surface.distance,
     )  # fmt: skip
+    if bounded:
+        known = at_most(known, from_field(by, surface) * dr.inv_pi)
     return dr.select(near.valid, dr.pi * share * (met - known), mi.Color3f(0))
-
-
-def _mean_radiance(
-    vol, position, normal, to_viewer, direction, active, layout, s, tap, view_distance
-) -> mi.Color3f:
-    """Cosine-weighted mean of the radiance that arrives from around a direction; arguments as of `query.radiance`."""
-    e = query.irradiance(
-        vol, position, normal, to_viewer, active, layout, s, tap, view_distance, direction=direction
-    )
-    return e * dr.inv_pi

@@ -108,8 +108,9 @@ def irradiance(
 
 
 def _check_contact(settings: RenderSettings) -> None:
-    if not settings.volume.radiance_size and settings.contact.hits > 0:
-        raise SettingsError("contact.hits needs the probes' radiance: set volume.radiance_size=8")
+    for name in ("hits", "pixels"):
+        if not settings.volume.radiance_size and getattr(settings.contact, name) > 0:
+            raise SettingsError(f"contact.{name} needs the probes' radiance: set volume.radiance_size=8")
 
 
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:

@@ -81,7 +81,6 @@ def irradiance(
     s: Settings,
     tap: mi.Point2f | None = None,
     view_distance: mi.Float | None = None,
-    direction: mi.Vector3f | None = None,
 ) -> mi.Color3f:
     """Irradiance E [W/m^2] that arrives at oriented points, from one volume.
 
@@ -97,14 +96,11 @@ def irradiance(
             bilinear weights, in place of four: right on average, four times fewer reads.
         view_distance: (N,) length of the ray that found the point [m]. The self-shadow bias moves the
             point towards the viewer; that far the way is free, beyond it may lead through a wall.
-        direction: (N,) unit: what the irradiance faces, if not the normal, by which the probes count.
 
     Returns:
         (N,) irradiance; a field of constant radiance L gives pi L.
     """
-    at = texel_at(
-        direction_to_square(normal if direction is None else direction), layout.irradiance_size, tap
-    )
+    at = texel_at(direction_to_square(normal), layout.irradiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
     for probe, share in _shares(vol, position, normal, to_viewer, active, layout, s, tap, view_distance):
