@@ -233,6 +233,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["render", "cornell", "-o", "a.png", "--sun", "0,0,-1"], "sun must be"),
         (["render", "cornell", "-o", "a.png", "--sky", "-1,0,0"], "sky must be"),
         (["render", "cornell", "-o", "a.png", "--ceiling", "-9"], "ceiling must be above"),
+        (["render", "cornell", "-o", "a.png", "--ceiling", "1e9"], "no higher than"),
         (["render", "cornell", "-o", "a.png", "--point", "0,0,0,-1,0,0"], "negative"),
         (["render", "cornell", "-o", "a.png", "--env", "none.exr"], "not found"),
         (
@@ -458,3 +459,13 @@ def test_materials_reach_the_scene():
     notes = SceneRequest(materials="diffuse").open("cornell-point").notes
     assert any("taken as diffuse" in note for note in notes)
     assert not any("taken as diffuse" in note for note in SceneRequest().open("cornell-point").notes)
+
+
+def test_a_picture_of_next_to_no_light_says_so(run, tmp_path):
+    shapes = '<shape type="sphere"/><emitter type="constant"><rgb name="radiance" value="{}"/></emitter>'
+    for radiance, said in ((1.0, False), (1e-6, True)):
+        file = tmp_path / "ball.xml"
+        file.write_text(f'<scene version="3.0.0">{shapes.format(radiance)}</scene>')
+        code, _, err = run("render", file, "-o", tmp_path / "ball.png", *QUICK)
+        assert code == 0, err
+        assert ("warning: hardly any light" in err) == said

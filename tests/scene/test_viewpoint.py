@@ -47,11 +47,11 @@ def in_picture(camera, points: np.ndarray) -> np.ndarray:
     return np.stack([offset @ right / (right @ right), offset @ up / (up @ up)], 1) / depth[:, None]
 
 
-def chosen(*shapes, scale=1.0, offset=(0.0, 0.0, 0.0), **more):
+def chosen(*shapes, scale=1.0, offset=(0.0, 0.0, 0.0), ceiling=None, **more):
     """The scene of some shapes, which get a camera."""
     carry = mi.ScalarTransform4f().translate(list(offset)).scale(scale)
     moved = {f"s{n}": {**s, "to_world": carry @ s["to_world"]} for n, s in enumerate(shapes)}
-    return load({"type": "scene", **moved, **more})
+    return load({"type": "scene", **moved, **more}, ceiling=ceiling)
 
 
 # ---- rooms -------------------------------------------------------------------------------------
@@ -86,10 +86,13 @@ def test_a_room_without_a_ceiling_is_one():
         box((0, 0, -0.1), (6, 2.5, 0), **wall), box((0, 0, 5), (6, 2.5, 5.1), **wall),
         box((0, -0.1, 0), (6, 0, 5), albedo=0.3, **wall), box((1, 0, 1), (2, 0.8, 2), albedo=0.8),
     ]  # fmt: skip
-    x, y, z = numbers(chosen(*shapes).camera.position)
-    assert 0 < x < 6
-    assert 0.8 < y < 2.0
-    assert 0 < z < 5
+    for ceiling in (None, "auto"):  # with which the sky's light stays outside
+        scene = chosen(*shapes, ceiling=ceiling)
+        x, y, z = numbers(scene.camera.position)
+        assert 0 < x < 6
+        assert 0.8 < y < 2.0
+        assert 0 < z < 5
+        assert any("no light reaches" in note for note in scene.notes) == (ceiling is not None)
 
 
 def test_it_stands_in_the_room_that_has_light():

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from ddgi.settings import RenderSettings
     from ddgi.still import Still
 
+MOST_STOPS = 14.0
+"""Automatic exposure beyond which there is as good as no light: a night under the full moon needs 12 or so."""
+
 
 @click.command()
 @click.argument("scene")
@@ -160,6 +163,11 @@ def _remarks(figures: dict[str, Any]) -> list[str]:
     if rays or pixels:
         lines.append(
             f"warning: {rays} probe rays and {pixels} pixel samples were not numbers; taken as black"
+        )
+    if figures["exposure"] > MOST_STOPS:
+        lines.append(
+            f"warning: hardly any light: the picture is brightened by {figures['exposure']:.1f} stops, noise and all; "
+            "add a light (--sky, --point), or set tone.exposure"
         )
     return lines
 

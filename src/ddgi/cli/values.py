@@ -105,6 +105,9 @@ class Ceiling(Finite):
 
     name = "HEIGHT|auto"
 
+    def _describe_range(self) -> str:
+        return ""  # there are no bounds to tell in the help
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number, or "auto"."""
         return value if value == "auto" else super().convert(value, param, ctx)

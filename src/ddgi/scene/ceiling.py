@@ -49,16 +49,19 @@ def describe_ceiling(
         The plugin, and the height.
 
     Raises:
-        SceneError: The height is no number, or not above everything's lowest point, or there are no walls.
+        SceneError: The height is no number, not above everything's lowest point or far above the highest,
+            or there are no walls.
     """
     frame = np.stack([*horizontal_axes(up), up])  # rows: two horizontal axes and up
     bounds = scene.bbox()
     corners = np.array([np.ravel(bounds.corner(i)) for i in range(8)]) @ frame.T
     low, high = corners.min(0), corners.max(0)
     level = _top_of_walls(scene, frame, low, high) if height == "auto" else _number(height) - below
-    if not level > low[2]:
+    highest = 2 * high[2] - low[2]  # as far above everything again as everything is high
+    if not low[2] < level <= highest:
         raise SceneError(
-            f"ceiling must be above the lowest point of the scene, {low[2] + below:.6g}, not at {level + below:.6g}"
+            f"ceiling must be above the lowest point of the scene, {low[2] + below:.6g}, and no higher than "
+            f"{highest + below:.6g}, not at {level + below:.6g}"
         )
     thickness = THICKNESS * (level - low[2])
     (x0, y0), (x1, y1) = _outline(scene, frame, low, high, level)

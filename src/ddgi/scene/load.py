@@ -80,7 +80,7 @@ def load_scene(
     use_backend()
     added = Added(AddedLights(sun, sky, env, tuple(lights)), ceiling)
     scene = _imported(source, added, up, materials == "diffuse")
-    scene = _seen(scene, camera, look)
+    scene = _seen(scene, camera, look, indoors=ceiling is not None)
     if size is not None:
         scene = replace(scene, cameras=tuple(with_size(c, size) for c in scene.cameras))
     # What the import left behind must not go away later: a change in Mitsuba's registry of objects
@@ -89,7 +89,9 @@ def load_scene(
     return scene
 
 
-def _seen(scene: Scene, camera: str | int | Camera | None, look: Sequence[float] | None) -> Scene:
+def _seen(
+    scene: Scene, camera: str | int | Camera | None, look: Sequence[float] | None, *, indoors: bool
+) -> Scene:
     """The scene with the camera to look through first; where it has none, one is chosen."""
     from ddgi.scene import viewpoint
 
@@ -97,7 +99,7 @@ def _seen(scene: Scene, camera: str | int | Camera | None, look: Sequence[float]
     if isinstance(camera, Camera):
         scene = replace(scene, cameras=(camera, *own))
     elif not own:
-        found = viewpoint.find(scene)
+        found = viewpoint.find(scene, indoors=indoors)
         scene = replace(scene, cameras=(found.camera,))
         if look is None:
             scene = replace(scene, notes=scene.notes + found.notes)

@@ -300,6 +300,11 @@ def one_line(error: Exception) -> str:
         r"Mitsuba 3 has no plugin \1: put one that it has in its place, or remove the element",
         text,
     )
+    text = re.sub(
+        r"Parsing of XML file \".*?\" failed: (.*)",
+        r"not a readable XML file: \1: is it a Mitsuba scene?",
+        text,
+    )
     text = re.sub(r"\s*\n\s*", " ", text).strip()
     return (
         re.sub(r"(Error while loading [^:]+: while processing <include>: )\1+", r"\1", text)

@@ -107,7 +107,7 @@ class Scene:
         elif str(camera).isdecimal() and int(camera) < len(names):
             index = int(camera)
         else:
-            raise SceneError(f"no camera {camera!r} in {self.name}: there are {', '.join(names)}")
+            raise SceneError(f"no camera {camera!r} in {self.name}, which has: {', '.join(names)}")
         rest = self.cameras[:index] + self.cameras[index + 1 :]
         return replace(self, cameras=(self.cameras[index], *rest))
 

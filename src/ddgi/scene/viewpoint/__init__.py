@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 SIZE = (640, 360)
 SEEDS = 1024
 """Points near the shapes, from where places to stand are looked for."""
+INDOORS = "in a room"
 DIGITS = 3
 """Of places, beyond the first digit of how far off the target is: few enough to be typed again."""
 
@@ -33,15 +34,19 @@ class Viewpoint:
     notes: tuple[str, ...]  # which, and why, a line each
 
 
-def find(scene: Scene) -> Viewpoint:
+def find(scene: Scene, *, indoors: bool = False) -> Viewpoint:
     """Choose a camera. A scene gets the same one every time, and a larger copy one that is larger likewise.
 
     Where it can, it stands in a room with light; else it shows all of the object from outside. If nothing is
     lit there, it stands in a room after all, even one whose walls are all turned the wrong way.
+
+    Args:
+        scene: What there is.
+        indoors: It is a room that is to be seen, so that even a dark one is better than a view from outside.
     """
     dark: list[tuple[str, View]] = []
     for where, view in _choices(scene):
-        if view.lit:
+        if view.lit or (indoors and where == INDOORS):
             break
         dark.append((where, view))
     else:
@@ -67,10 +72,10 @@ def _choices(scene: Scene) -> Iterator[tuple[str, View]]:
     reach = far_off(near)
     tried = candidates(tracer, near, up, reach)
     if (view := inside.best_view(tracer, scene.lights, tried, up, reach)) is not None:
-        yield "in a room", view
+        yield INDOORS, view
     yield "around it", around.best_view(tracer, scene.lights, without_backdrop(shapes, up), up)
     if (view := inside.best_view(tracer, scene.lights, tried, up, reach, fronts=0)) is not None:
-        yield "in a room", view
+        yield INDOORS, view
 
 
 def pivot(scene: Scene, target: Sequence[float] | None = None) -> np.ndarray:
