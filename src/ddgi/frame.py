@@ -92,9 +92,10 @@ def render_frame(
 
     Raises:
         SettingsError: The field was fitted for other `volume` settings or another
-            `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1.
+            `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1; or a picture of the
+            surroundings is to be sampled on the GPU.
     """
-    time = _time(field, tick, settings)
+    time = _time(scene, field, tick, settings)
     field = advance()(settings, scene.tracer, scene.lights, field, time)
     return field, _exposed(scene, field, camera, time, settings, previous)
 
@@ -108,12 +109,16 @@ def render_view(
     previous: Frame | None = None,
 ) -> Frame:
     """Light a camera's pixels with a field as it is. Arguments and errors as of `render_frame`."""
-    return _exposed(scene, field, camera, _time(field, tick, settings), settings, previous)
+    return _exposed(scene, field, camera, _time(scene, field, tick, settings), settings, previous)
 
 
-def _time(field: IrradianceField, tick: int, settings: RenderSettings) -> Clock:
+def _time(scene: Scene, field: IrradianceField, tick: int, settings: RenderSettings) -> Clock:
     """The clock of a frame; what cannot be rendered is refused."""
-    use_backend()
+    pictured = scene.lights.environment_map is not None and settings.direct.environment == "sampled"
+    if use_backend() == "cuda" and pictured:  # see `ddgi.lighting.environment_map`
+        raise SettingsError(
+            "on the GPU, pictures of the surroundings cannot be sampled: leave direct.environment at field, or use --backend llvm"
+        )
     if not isinstance(tick, int) or not 0 <= tick < 2**32:
         raise SettingsError(f"tick must be a whole number from 0 to 2^32 - 1, not {tick!r}")
     field.check(settings)

@@ -13,6 +13,8 @@ import drjit as dr
 import mitsuba as mi
 
 from ddgi.extrema import at_least, clamp
+from ddgi.lighting import environment_map
+from ddgi.lighting.environment_map import EnvironmentMap
 
 POINT, SPOT, DIRECTIONAL = 0, 1, 2
 
@@ -40,6 +42,7 @@ class Lights:
     area_power: mi.Float  # (A,) emitted radiance times area, luminance [W/sr]
     area_share: mi.Float  # (A,) what remains of the emitter's own output, >= 0: 0 off, 1 as it is
     environment: mi.Emitter | None  # constant or envmap, what rays that leave the scene see
+    environment_map: EnvironmentMap | None  # what an envmap shows
     environment_share: mi.Float  # (1,) likewise
 
 
@@ -157,7 +160,10 @@ def environment_radiance(lights: Lights, direction: mi.Vector3f, active: mi.Bool
     """Radiance of the environment in directions. direction: (N,) unit, away from the viewer."""
     if lights.environment is None:
         return mi.Color3f(0)
-    beyond = dr.zeros(mi.SurfaceInteraction3f, dr.width(direction))
-    beyond.wi = -direction
-    radiance = mi.Color3f(lights.environment.eval(beyond, active)) * lights.environment_share
-    return dr.select(active, radiance, mi.Color3f(0))
+    if lights.environment_map is not None:
+        seen = environment_map.radiance(lights.environment_map, direction, active)
+    else:
+        beyond = dr.zeros(mi.SurfaceInteraction3f, dr.width(direction))
+        beyond.wi = -direction
+        seen = mi.Color3f(lights.environment.eval(beyond, active))
+    return dr.select(active, seen * lights.environment_share, mi.Color3f(0))

@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.errors import SceneError
+from ddgi.lighting.environment_map import EnvironmentMap, environment_map
 from ddgi.lighting.lights import DIRECTIONAL, POINT, SPOT, DeltaLights, Lights
 from ddgi.own_memory import own
 from ddgi.scene import sky
@@ -178,8 +179,19 @@ def make_lights(
         area_power=columns([[_power(emitter)] for emitter in area], 1),
         area_share=columns([[1.0] for _ in area], 1),
         environment=environment,
+        environment_map=_map(environment),
         environment_share=own(np.ones(1)),
     )
+
+
+def _map(environment: mi.Emitter | None) -> EnvironmentMap | None:
+    """What an `envmap` shows."""
+    if environment is None or environment.class_name() != "EnvironmentMapEmitter":
+        return None
+    parameters = mi.traverse(environment)
+    # A column of the other end stands on either side; there may be a fourth channel.
+    texels = parameters["data"].numpy()[:, 1:-1, :3] * float(np.ravel(parameters["scale"])[0])
+    return environment_map(environment, texels)
 
 
 def _bounding_sphere(emitter: mi.Emitter) -> np.ndarray:
