@@ -91,6 +91,14 @@ def test_every_camera_counts():
     assert both[1, 0] > 22.8
 
 
+def test_the_size_of_the_picture_does_not_matter():
+    scene = load({"type": "scene", **room(*ROOM, "room"), "light": {"type": "constant"}})
+    small, large = (
+        found(scene, look_at((0, 1.5, -2.5), (0, 1.2, 0), size=size)) for size in ((32, 18), (1920, 1080))
+    )
+    np.testing.assert_allclose(small, large, atol=1e-3)
+
+
 def test_cameras_that_see_nothing_leave_everything():
     scene = ddgi.load_scene("cornell-point")
     away = look_at((0, 0, 50), (0, 0, 60))

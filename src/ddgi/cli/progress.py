@@ -17,6 +17,8 @@ REDRAW = 0.2
 """Seconds between two drawings of the bar."""
 BAR = 24
 """Width of the bar [characters]."""
+FIRST = "compiling"
+"""In the bar until the first step is done, which takes longest."""
 
 
 class Progress:
@@ -69,8 +71,8 @@ class Progress:
         elapsed = f"{monotonic() - self._started:.0f} s"
         if not self._total:
             return f"{self._text} {elapsed}"
-        filled = BAR * self._done // self._total
-        return f"{self._text} [{'#' * filled:<{BAR}}] {self._done}/{self._total} {elapsed}"
+        bar = "#" * (BAR * self._done // self._total) if self._done else FIRST
+        return f"{self._text} [{bar:<{BAR}}] {self._done}/{self._total} {elapsed}"
 
 
 def _to_stderr(text: str) -> None:

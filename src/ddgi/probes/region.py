@@ -96,10 +96,10 @@ def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.n
     lane = dr.arange(mi.UInt32, PATHS)
     start = sampling.uniform_2d(time, sampling.REGION, lane)
     width, height = camera.size
-    pixel = mi.UInt32(start.x * (width * height))
-    origin, direction = camera_rays(
-        camera, tracer.origin, pixel, sampling.uniform_2d(time, sampling.REGION, lane + PATHS)
-    )
+    # Anywhere in the picture, whatever its pixels: two sizes of it get the same volume.
+    column, row = mi.UInt32(start.x * width), mi.UInt32(start.y * height)
+    within = mi.Point2f(start.x * width - column, start.y * height - row)
+    origin, direction = camera_rays(camera, tracer.origin, row * width + column, within)
     throughput, active = mi.Float(1), mi.Bool(True)
     places, normals, weights = [], [], []
     for bounce in range(BOUNCES):
@@ -109,7 +109,7 @@ def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.n
         normals.append(np.array(surface.geometric_normal).T)
         weights.append(np.array(dr.select(active, throughput, 0)))
         throughput = throughput * mi.luminance(surface.albedo)
-        onward = sampling.uniform_2d(time, sampling.REGION, lane + (2 + bounce) * PATHS)
+        onward = sampling.uniform_2d(time, sampling.REGION, lane + (1 + bounce) * PATHS)
         origin, direction = matt_bounce(surface, onward)
     weight = np.concatenate([np.broadcast_to(w, PATHS) for w in weights])
     return np.concatenate(places), np.concatenate(normals), weight
