@@ -11,7 +11,7 @@ from ddgi import sampling
 from ddgi.errors import SettingsError
 from ddgi.frame import render_frame
 from ddgi.probes.bounce import Illumination
-from ddgi.probes.contact import near_light, thinned
+from ddgi.probes.contact import in_turn, near_light, thinned
 from ddgi.probes.field import IrradianceField, irradiance_map, radiance_map
 from ddgi.probes.octahedral import direction_to_square, texel_directions
 from ddgi.sampling import clock
@@ -154,6 +154,18 @@ def test_without_maps_of_radiance_contact_is_refused():
         render_frame(scene, field, camera_in(), 0, changed(without, contact_pixels=1.0))
     with pytest.raises(SettingsError, match="radiance"):
         radiance_map(field, without)
+
+
+@pytest.mark.parametrize(("count", "every"), [(128, 4), (10, 3), (9, 9), (7, 1)])
+def test_every_ray_gets_its_turn(count, every):
+    """The order is one of all rays; those that come first are spread over them, and others each time."""
+    few, first = count // every, []
+    for tick in range(every):
+        order = np.array(in_turn(dr.arange(mi.UInt32, count), few, every, clock(0, tick)))
+        assert sorted(order) == list(range(count))
+        assert (np.diff(order[:few]) == every).all()
+        first += order[:few].tolist()
+    assert sorted(first) == list(range(few * every))
 
 
 def test_every_pixel_gets_its_turn():
