@@ -177,7 +177,7 @@ def _summary(figures: dict[str, Any]) -> str:
     spacing = " x ".join(f"{d:.3g}" for d in figures["spacing"])
     width, height = figures["size"]
     return (
-        f"{figures['scene']}, {width}x{height}: {counted(figures['probes'], 'probe')} ({counts}, {spacing} m apart), "
+        f"{figures['scene']}, {width}x{height}: {counted(figures['probes'], 'probe')} ({counts}, {spacing} apart), "
         f"{counted(figures['frames'], 'frame')}, {figures['frame_ms']:.1f} ms each, exposure {figures['exposure']:+.2f} EV "
         f"-> {_files(figures['outputs'])}"
     )

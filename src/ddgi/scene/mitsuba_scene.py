@@ -152,7 +152,7 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
     if geometry.clear_shapes:
         notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
     if geometry.triangles == 0:
-        raise SceneError(f"{name}: has no geometry")
+        raise SceneError("there is no geometry in the scene")
     return shapes, emitters
 
 
