@@ -59,13 +59,12 @@ def sample_ms(tracer: PathTracer, camera: Camera) -> float:
 def rival(
     tracer: PathTracer, camera: Camera, spp: int, guides: Guides, reference: np.ndarray, seed: int
 ) -> Rival:
-    """Path trace with `spp` samples per pixel, denoise, compare.
+    """Path trace with `spp` samples per pixel, denoise, compare. `sample_ms` has compiled what it takes.
 
     Raises:
         DDGIError: The denoiser or FLIP is not installed.
     """
     spp = min(spp, MOST_SAMPLES)
-    tracer.render(camera, spp, seed)  # compiles, and is not timed
     samples = tracer.render(camera, spp, seed)
     noisy = np.maximum(np.nan_to_num(samples.picture, posinf=0.0), 0)
     clean, ms = denoise(noisy, guides)
