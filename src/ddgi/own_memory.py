@@ -13,6 +13,6 @@ import numpy as np
 
 def own(values: np.ndarray) -> mi.Float:
     """A table of at least one number, flat: aligned, and never compiled in."""
-    table = mi.Float(np.asarray(values, np.float32).ravel()) + dr.opaque(mi.Float, 0)
+    table = mi.Float(np.asarray(values, np.float32).ravel().tolist())
     dr.make_opaque(table)
     return table
