@@ -76,9 +76,13 @@ class Scene:
         """
         return None if self.parsed is None else mi.parser.ParserState(self.parsed)
 
-    @cached_property
+    @property
     def tracer(self) -> MeshTracer:
-        """What traces rays through this scene; made once, as every frame asks for it."""
+        """What traces rays through this scene.
+
+        Made anew for every frame. Kept with the scene, recordings read wrong or freed memory once other
+        scenes had come and gone (Dr.Jit 1.5; `tests/test_turntable.py` shows it).
+        """
         extent = float(np.abs(self._traced_bounds).max())
         return MeshTracer(
             self.mi_scene,
