@@ -13,6 +13,9 @@ import numpy as np
 
 def own(values: np.ndarray) -> mi.Float:
     """A table of at least one number, flat: aligned, and never compiled in."""
-    table = mi.Float(np.asarray(values, np.float32).ravel().tolist())
+    lent = mi.Float(np.asarray(values, np.float32).ravel())
+    table = lent + dr.opaque(
+        mi.Float, 0
+    )  # computed, so written to memory of its own; by way of a list it took seconds
     dr.make_opaque(table)
     return table
