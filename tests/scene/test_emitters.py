@@ -260,3 +260,12 @@ def test_wrong_added_lights(bad):
 
     with pytest.raises(SceneError):
         load_scene({"type": "scene", "floor": {"type": "rectangle"}}, **bad)
+
+
+@pytest.mark.parametrize(("lamp", "said"), [(1.0, False), (1e4, True)])
+def test_small_lamps_in_a_picture_are_noted(lamp, said):
+    """Four texels of 8,192: at 1e4 they give most of the light."""
+    texels = np.ones((64, 128, 3), np.float32)
+    texels[20:22, 30:32] = lamp
+    scene = load(sky={"type": "envmap", "bitmap": mi.Bitmap(texels)})
+    assert any("direct.environment=sampled" in note for note in scene.notes) == said
