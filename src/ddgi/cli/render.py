@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from ddgi.settings import RenderSettings
     from ddgi.still import Still
 
-MOST_STOPS = 14.0
-"""Automatic exposure beyond which there is as good as no light: a night under the full moon needs 12 or so."""
-
 
 @click.command()
 @click.argument("scene")
@@ -158,15 +155,17 @@ def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, A
 
 def _remarks(figures: dict[str, Any]) -> list[str]:
     """What the user should know about the picture."""
+    from ddgi.passes.tone import MOST_STOPS
+
     lines = [f"note: {note}" for note in figures["notes"]]
     rays, pixels = figures["non_finite"]["rays"], figures["non_finite"]["pixels"]
     if rays or pixels:
         lines.append(
             f"warning: {rays} probe rays and {pixels} pixel samples were not numbers; taken as black"
         )
-    if figures["exposure"] > MOST_STOPS:
+    if figures["exposure"] >= MOST_STOPS:
         lines.append(
-            f"warning: hardly any light: the picture is brightened by {figures['exposure']:.1f} stops, noise and all; "
+            f"warning: hardly any light: the picture stays dark although it is brightened by {figures['exposure']:.0f} stops; "
             "add a light (--sky, --point), or set tone.exposure"
         )
     return lines

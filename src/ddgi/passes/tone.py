@@ -13,6 +13,8 @@ from ddgi.settings_group import settings_group
 
 MIDDLE_GREY = 0.18
 METERED = (50, 95)
+MOST_STOPS = 14.0
+"""Of automatic exposure: a night under the full moon needs 12 or so, and what needs more is black but for leaks and noise."""
 
 
 @settings_group("tone")
@@ -34,14 +36,14 @@ def automatic_exposure(radiance: np.ndarray) -> float:
     """Stops that bring the log-mean luminance of a picture to middle grey. radiance: (H, W, 3).
 
     Only the pixels between `METERED` percentiles count: neither black corners nor lamps and sunlit
-    patches should decide how bright the rest is.
+    patches should decide how bright the rest is. `MOST_STOPS` at most.
     """
     luminance = np.nan_to_num(radiance @ LUMINANCE, posinf=0).ravel()
     low, high = np.percentile(luminance, METERED)
     seen = luminance[(luminance >= low) & (luminance <= high) & (luminance > 0)]
     if seen.size == 0:
         return 0.0
-    return float(np.clip(np.log2(MIDDLE_GREY) - np.mean(np.log2(seen)), -64, 64))
+    return float(np.clip(np.log2(MIDDLE_GREY) - np.mean(np.log2(seen)), -64, MOST_STOPS))
 
 
 def tone_map(radiance: np.ndarray, s: Settings) -> np.ndarray:
