@@ -4,12 +4,12 @@
 
 Each row keeps the ideal parts of the rows above it:
 
-- noise: 256 rays a probe;
-- near: light from what is near in every pixel and hit, not in one hit of four;
+- noise: 1,024 rays and 128 light paths a probe;
+- near: light from what is near in every pixel and hit, not in one of four;
 - angles: 32 x 32 irradiance and 64 x 64 distance texels;
 - feedback: full paths of 12 surfaces per probe ray, in place of last frame's field;
 - visibility: a ray from every probe to every pixel's point, in place of the Chebyshev bound;
-- space: eight times the probes, of 64 rays.
+- space: eight times the probes, of 512 rays.
 
 Encoding is judged against the row before: the maps' formats and γ, made worse one by one.
 """
@@ -28,13 +28,13 @@ import drjit as dr
 from ddgi.probes import query
 from studies import RESULTS, View, judged, machine, trials
 
-VIEWS = (
-    View("cornell-point", materials="diffuse", size=(240, 240)),
-    View("statue-box", materials="diffuse", size=(240, 135)),
+VIEWS = tuple(
+    View(name, materials="diffuse")
+    for name in ("cornell-point", "statue-box", "color-boxes", "ceiling-hole", "dragon-box")
 )
-FRAMES = 32
-NOISE = "rays.per_probe=256"
-NEAR = f"{NOISE}; contact.pixels=1; contact.every=1"
+FRAMES = 64
+NOISE = "rays.per_probe=1024; rays.from_lamps=128"
+NEAR = f"{NOISE}; contact.every=1"
 ANGLES = f"{NEAR}; volume.irradiance_size=32; volume.distance_size=64"
 PATHS = f"{ANGLES}; gather.bounces=path; gather.path_length=12"
 STEPS = {
@@ -88,7 +88,7 @@ def main() -> None:
         with traced_visibility(scene):
             exact = judged(
                 [view],
-                trials(f"visibility: {PATHS}", f"space: {PATHS}; rays.per_probe=64; grid.budget=16384"),
+                trials(f"visibility: {PATHS}", f"space: {PATHS}; rays.per_probe=512; grid.budget=16384"),
                 frames=FRAMES,
             )[0]["configurations"]
         encoded = judged([view], trials(*(f"{n}: {s}" for n, s in ENCODINGS.items())), frames=FRAMES)[0]

@@ -23,6 +23,7 @@ from typing import Any
 import click
 
 import ddgi
+from ddgi.backend import use_backend
 from ddgi.config import load_settings
 from ddgi.judge.compare import Comparison, compare
 from ddgi.judge.sheet import sheet
@@ -209,8 +210,10 @@ CONSTANTS = (
     "warm-up of 8: blend.warm_up=8",
     "two surfaces a path: gather.path_length=2",
     "16² irradiance: volume.irradiance_size=16",
-    "no contact: contact.hits=0",
-    "contact in pixels too: contact.pixels=1",
+    "no light paths: rays.from_lamps=0",
+    "32 light paths: rays.from_lamps=32",
+    "no contact: contact.hits=0; contact.pixels=0",
+    "contact in hits alone: contact.pixels=0",
     "contact in every hit: contact.every=1",
     "contact within half a spacing: contact.hits=0.5",
     "contact within two spacings: contact.hits=2",
@@ -250,6 +253,7 @@ def machine() -> dict[str, Any]:
         "commit": commit,
         "processor": f"{platform.machine()}, {os.cpu_count()} CPUs",
         "python": platform.python_version(),
+        "backend": use_backend(),
     } | {name: version(name) for name in ("mitsuba", "drjit")}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import drjit as dr
@@ -35,6 +35,11 @@ class Frame:
 
     camera: Camera
     picture: Picture
+
+    @staticmethod
+    def empty(camera: Camera, settings: RenderSettings) -> Frame:
+        """A picture of nothing yet: what is handed on as `previous` of the first frame of a still."""
+        return Frame(camera, pictures.empty(camera.size, settings.picture))
 
     def __repr__(self) -> str:
         return f"Frame({self.size[0]}x{self.size[1]}, camera {self.camera.name!r})"
@@ -85,7 +90,8 @@ def render_frame(
         tick: Number of the frame; with `settings.seed` the only source of randomness.
         settings: Constants of every stage. New values compile anew once.
         previous: The frame before, while the scene stays as it is: pictures then average, which
-            smooths edges and noise. None starts afresh, and so does a frame of another camera.
+            smooths edges and noise, and light of what is near can be looked for (`contact.pixels`).
+            `Frame.empty` starts such a still; None, and a frame of another camera, a picture by itself.
 
     Returns:
         The field after the update, and the frame.
@@ -133,11 +139,15 @@ def _exposed(
     settings: RenderSettings,
     previous: Frame | None,
 ) -> Frame:
-    if previous is not None and _goes_on(previous, camera, settings):
-        before = previous.picture
-    else:
-        before = pictures.empty(camera.size, settings.picture)
+    if previous is None or not _goes_on(previous, camera, settings):
+        previous, settings = Frame.empty(camera, settings), by_itself(settings)
+    before = previous.picture
     return Frame(camera, expose()(settings, scene.tracer, scene.lights, field, camera, time, before))
+
+
+def by_itself(settings: RenderSettings) -> RenderSettings:
+    """The settings of a frame that no others are added to: without what only their mean can show."""
+    return replace(settings, contact=replace(settings.contact, pixels=0.0))
 
 
 def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:

@@ -29,7 +29,10 @@ import mitsuba as mi
     SURVEY,
     SURVEY_ALPHA,
     VIEWPOINT,
-) = range(16)
+    LAMP_PATH,
+    LAMP_TRIAL,
+    LAMP_TRIAL_ONWARD,
+) = range(19)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 

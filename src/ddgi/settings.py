@@ -60,6 +60,7 @@ _published = replace(
     direct=replace(_default.direct, area="field", environment="field"),
     volume=replace(_default.volume, radiance_size=0),
     contact=contact.Settings(pixels=0.0, hits=0.0),
+    rays=replace(_default.rays, from_lamps=0),
 )
 
 _scale = replace(

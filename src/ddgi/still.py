@@ -49,7 +49,7 @@ def still(
         SettingsError: The field cannot be laid out.
     """
     field = IrradianceField.fit(scene, s) if field is None else field
-    frame: Frame | None = None
+    frame = Frame.empty(scene.camera, s)
     milliseconds = []
     for tick in range(frames):
         start = perf_counter()
@@ -57,5 +57,4 @@ def still(
         dr.sync_thread()
         milliseconds.append((perf_counter() - start) * 1e3)
         step()
-    assert frame is not None  # frames >= 1
     return Still(field, frame, milliseconds)

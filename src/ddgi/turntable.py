@@ -55,9 +55,8 @@ def turntable(
     first = still(scene, s, frames, step, field)
     yield first
     for camera in cameras[1:]:
-        frame: Frame | None = None
+        frame = Frame.empty(camera, s)
         for tick in range(frames):
             frame = render_view(scene, first.field, camera, tick, s, frame)
             step()
-        assert frame is not None  # frames >= 1
         yield replace(first, frame=frame)

@@ -33,6 +33,7 @@ MAPS = {
     "volume.distance_format": ("unorm8", {}),
     "volume.longest_distance": (0.5, {}),
     "rays.per_probe": (32, {}),
+    "rays.from_lamps": (0, {}),
     "gather.bounces": ("path", {"gather_path_length": 2}),
     "gather.path_length": (2, {}),
     "gather.energy_preservation": (0.5, {}),
@@ -65,7 +66,7 @@ MAPS = {
 }
 PICTURE = {
     "direct.camera_samples": (2, {}),
-    "contact.pixels": (1.0, {}),
+    "contact.pixels": (0.0, {}),
     "gbuffer.antialias": (False, {}),
     "tone.exposure": (3.0, {}),
     "tone.curve": ("linear", {}),

@@ -49,7 +49,7 @@ def even(value, probes=8, distance=0.5):
 
 
 def step(vol, seen, s, tick=0):
-    return blend(vol, seen, clock(0, tick), s.volume, s.blend, s.query)
+    return blend(vol, seen, None, clock(0, tick), s.volume, s.blend, s.query)
 
 
 def s_map(vol, s):
@@ -261,7 +261,7 @@ def test_small_formats_do_not_stall(name):
     """0.97 old and 0.03 new must arrive, though each step is below a unit of the format."""
     s = settings(volume_irradiance_format=name, blend_warm_up=0, query_sqrt_blending=False)
     vol, seen = step(empty(s), even(1.9), s), even(2.1)
-    again = dr.freeze(lambda vol, seen, time: blend(vol, seen, time, s.volume, s.blend, s.query))
+    again = dr.freeze(lambda vol, seen, time: blend(vol, seen, None, time, s.volume, s.blend, s.query))
     for tick in range(1, 250):
         vol = again(vol, seen, clock(0, tick))
     # 0.97^249 of the way is left, 0.05 %; over 8 * 25 texels the dither's mean is within

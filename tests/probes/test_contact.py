@@ -9,7 +9,7 @@ import pytest
 
 from ddgi import sampling
 from ddgi.errors import SettingsError
-from ddgi.frame import render_frame
+from ddgi.frame import Frame, render_frame, render_view
 from ddgi.probes.bounce import Illumination
 from ddgi.probes.contact import in_turn, near_light, thinned
 from ddgi.probes.field import IrradianceField, irradiance_map, radiance_map
@@ -123,7 +123,7 @@ def test_in_the_furnace_nothing_changes(hits, every):
     field = updated(scene, s, 25)
     assert np.allclose(irradiance_map(field, s) / np.pi, 1, rtol=5e-3)
     assert np.allclose(radiance_map(field, s), 1, rtol=5e-3)
-    _, frame = render_frame(scene, field, camera_in(), 30, s)
+    _, frame = render_frame(scene, field, camera_in(), 30, s, Frame.empty(camera_in(), s))
     assert np.allclose(frame.numpy(), 1, rtol=2e-2)
 
 
@@ -187,7 +187,7 @@ def thinned_room(every):
         )
     )
     s = small(contact_every=every, contact_pixels=3.0, contact_hits=3.0, rays_per_probe=256)
-    field, frame = IrradianceField.fit(scene, s), None
+    field, frame = IrradianceField.fit(scene, s), Frame.empty(camera_in(), s)
     for tick in range(48):
         field, frame = render_frame(scene, field, camera_in(), tick, s, frame)
     return frame.numpy().mean()
@@ -200,5 +200,28 @@ def test_few_samples_tell_the_same_as_all():
 def test_same_seed_same_light():
     s = with_radiance(contact_hits=1.0, contact_pixels=1.0)
     scene = furnace()
-    pictures = [render_frame(scene, updated(scene, s, 2), camera_in(), 2, s)[1].numpy() for _ in range(2)]
+    blank = Frame.empty(camera_in(), s)
+    pictures = [
+        render_frame(scene, updated(scene, s, 2), camera_in(), 2, s, blank)[1].numpy() for _ in range(2)
+    ]
     assert (pictures[0] == pictures[1]).all()
+
+
+def test_only_pictures_that_add_up_look_for_what_is_near():
+    """A frame by itself has no grain: it is what it would be without the rays from pixels."""
+    scene, s = furnace_with_lamp(), small()
+    field = updated(scene, s, 2)
+    alone, plain = (
+        render_view(scene, field, camera_in(), 2, x).numpy() for x in (s, changed(s, contact_pixels=0.0))
+    )
+    assert (alone == plain).all()
+    summed = render_view(scene, field, camera_in(), 2, s, Frame.empty(camera_in(), s)).numpy()
+    assert np.abs(summed - plain).max() > 0.01 * plain.max()
+    other = Frame.empty(camera_in((16, 12)), s)  # of another view: nothing to go on from
+    assert (render_view(scene, field, camera_in(), 2, s, other).numpy() == plain).all()
+
+
+def furnace_with_lamp():
+    return load(
+        room(diffuse(0.5), lamp={"type": "point", "position": [0.4, 0.2, -0.3], "intensity": rgb(2.0)})
+    )

@@ -15,10 +15,10 @@ import drjit as dr
 import mitsuba as mi
 
 from ddgi.passes.gbuffer import gbuffer
-from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import accumulate
 from ddgi.passes.shade import shade
 from ddgi.probes import blend as blending
+from ddgi.probes import lamplit
 from ddgi.probes.bounce import Illumination
 from ddgi.probes.gather import gather
 from ddgi.probes.rays import spawn
@@ -62,26 +62,28 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
     tracer, lights = scene.tracer, scene.lights
     for vol in steady.field.volumes:
         rays = watch("spawn rays", spawn, vol.grid, time, s.rays)
+        paths = sharing = points = None
+        if s.rays.from_lamps and lights.delta.count:
+            paths = watch("light paths", lamplit.send, tracer, lights, vol.grid, s.rays.from_lamps, time)
+            sharing = lamplit.Sharing(paths.aim, rays.count)
         found = watch(
             "trace and shade", gather,
-            Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume), rays, s.contact,
+            Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume, sharing), rays, s.contact,
         )  # fmt: skip
+        if paths:
+            points = watch("see lamplit points", lamplit.seen, tracer, vol.grid, paths, rays.count, time)
         alpha = blending.hysteresis(vol.age, s.blend)
         watch(
             "blend irradiance", blending._blend_irradiance,
-            vol, found, alpha, time, s.volume, s.blend, s.query,
+            vol, found, points, alpha, time, s.volume, s.blend, s.query,
         )  # fmt: skip
         if s.volume.radiance_size:
-            watch("blend radiance", blending._blend_radiance, vol, found, alpha, time, s.volume)
+            watch("blend radiance", blending._blend_radiance, vol, found, points, alpha, time, s.volume)
         watch("blend distance", blending._blend_distance, vol, found, alpha, time, s.volume, s.blend)
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
-    by = Illumination(tracer, lights, steady.field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
-    near: Any = mi.Color3f(0)
-    if s.contact.pixels > 0:
-        near = watch("light nearby", nearby, by, scene.camera, surface, s.gbuffer, s.contact)
     shaded = watch(
         "light pixels", shade,
-        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query, near,
+        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query, mi.Color3f(0),
     )  # fmt: skip
     watch("add to picture", accumulate, steady.frame.picture, surface, shaded, s.picture)
     return watch

@@ -1,4 +1,4 @@
-"""Time of whole frames in the steady state: the same calls as in a rendering, after the warm-up."""
+"""Time of whole frames in the steady state: the same calls as in a live view, after the warm-up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import drjit as dr
 
-from ddgi.frame import Frame, advance, expose, render_frame
+from ddgi.frame import Frame, advance, expose, render_frame, render_view
 from ddgi.probes.field import IrradianceField
 from ddgi.sampling import clock
 
@@ -37,7 +37,7 @@ class Steady:
 
 
 def measure(scene: Scene, s: RenderSettings) -> Steady:
-    """Render until all is steady, then time frames, their two halves, and their kernels."""
+    """Render until all is steady, then time frames by themselves, their two halves, and their kernels."""
     run = _Run(scene, s)
     recordings = []
     for _ in range(WARM_UP):
@@ -65,7 +65,7 @@ def constant_from(recordings: list[tuple[int, int]]) -> int:
 
 
 class _Run:
-    """A rendering that goes on, whole frames or halves at a time."""
+    """A live view that goes on, whole frames or halves at a time."""
 
     def __init__(self, scene: Scene, s: RenderSettings) -> None:
         self._scene, self._s, self._tick = scene, s, 0
@@ -76,7 +76,7 @@ class _Run:
         """One frame."""
         self._tick += 1
         scene, s = self._scene, self._s
-        self.field, self.frame = render_frame(scene, self.field, scene.camera, self._tick, s, self.frame)
+        self.field, self.frame = render_frame(scene, self.field, scene.camera, self._tick, s)
 
     def update(self) -> None:
         """The update half of `render_frame`."""
@@ -87,10 +87,8 @@ class _Run:
 
     def picture(self) -> None:
         """The camera half of `render_frame`."""
-        scene, frame = self._scene, self.frame
-        time = clock(self._s.seed, self._tick)
-        args = (scene.tracer, scene.lights, self.field, scene.camera, time, frame.picture)
-        self.frame = Frame(frame.camera, expose()(self._s, *args))
+        scene = self._scene
+        self.frame = render_view(scene, self.field, scene.camera, self._tick, self._s)
 
 
 def _outside_kernels(run: _Run) -> tuple[float, int]:

@@ -7,8 +7,9 @@ the energy is the same either way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal, TypeAlias
 
 import drjit as dr
 import mitsuba as mi
@@ -18,6 +19,7 @@ from typing_extensions import Doc
 from ddgi.extrema import at_least, largest
 from ddgi.lighting import brdf
 from ddgi.lighting.lights import (
+    DeltaLight,
     Lights,
     LightSample,
     area_light,
@@ -32,6 +34,9 @@ from ddgi.trace.surface import Surface, offset_origin
 from ddgi.trace.tracer import Tracer
 
 Source = Literal["sampled", "field"]
+
+Share: TypeAlias = "Callable[[DeltaLight, mi.UInt32, Surface], mi.Float]"
+"""How much of a lamp, with its number, counts on each surface, in [0, 1]. (N,)."""
 
 UNROLLED_LIGHTS = 4
 """Up to this many delta lights each have their own code; more are looped over."""
@@ -71,6 +76,7 @@ def direct_light(
     stream: int,
     samples: int,
     specular: bool,
+    share: Share | None = None,
 ) -> Reflected:
     """Light that reaches surfaces straight from the lights.
 
@@ -83,9 +89,10 @@ def direct_light(
         stream: Which stream of it (`ddgi.sampling`).
         samples: Shadow rays per point to each kind of sampled light.
         specular: Evaluate the GGX lobe too.
+        share: How much of every delta light counts here; None: all of it.
     """
     out = Reflected(mi.Color3f(0), mi.Color3f(0))
-    out = _add_delta_lights(out, tracer, lights, surface, specular)
+    out = _add_delta_lights(out, tracer, lights, surface, specular, share)
     sampled = []
     if s.area == "sampled" and lights.area_count:
         sampled.append(_area_sample)
@@ -103,17 +110,22 @@ def direct_light(
     return out
 
 
-def _add_delta_lights(out, tracer, lights, surface, specular) -> Reflected:
+def _add_delta_lights(out, tracer, lights, surface, specular, share) -> Reflected:
     count = lights.delta.count
+
+    def shone(row: DeltaLight, number: mi.UInt32) -> LightSample:
+        light = from_delta(row, surface.position)
+        return light if share is None else replace(light, power=light.power * share(row, number, surface))
+
     if count <= UNROLLED_LIGHTS:
         for number in range(count):
             row = delta_light(lights.delta, mi.UInt32(number))
             dr.eval(row)  # scalars in memory: else every lane would gather the row for itself
-            out = _add(out, tracer, surface, from_delta(row, surface.position), specular)
+            out = _add(out, tracer, surface, shone(row, mi.UInt32(number)), specular)
         return out
 
     def body(number, irradiance, radiance):
-        light = from_delta(delta_light(lights.delta, number), surface.position)
+        light = shone(delta_light(lights.delta, number), number)
         got = _add(Reflected(irradiance, radiance), tracer, surface, light, specular)
         return number + 1, got.irradiance, got.specular
 

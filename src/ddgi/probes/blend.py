@@ -6,6 +6,7 @@ matrix product, texel weights times ray values; the rest is a blend with the old
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Annotated, Literal
 
@@ -19,7 +20,9 @@ from ddgi.extrema import at_least, at_most
 from ddgi.probes import formats, query, volume
 from ddgi.probes.directions import picked
 from ddgi.probes.gather import Gathered
+from ddgi.probes.lamplit import LamplitPoints
 from ddgi.probes.octahedral import bordered, interior, texel_direction
+from ddgi.probes.texel_fit import TexelFit
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, uniform_2d
 from ddgi.settings_group import settings_group
@@ -71,15 +74,21 @@ class Settings:
 
 
 def blend(
-    vol: ProbeVolume, found: Gathered, time: Clock, layout: volume.Settings, s: Settings, q: query.Settings
+    vol: ProbeVolume,
+    found: Gathered,
+    points: LamplitPoints | None,
+    time: Clock,
+    layout: volume.Settings,
+    s: Settings,
+    q: query.Settings,
 ) -> ProbeVolume:
     """The volume after one update."""
     alpha = hysteresis(vol.age, s)
     return replace(
         vol,
-        irradiance=_blend_irradiance(vol, found, alpha, time, layout, s, q),
+        irradiance=_blend_irradiance(vol, found, points, alpha, time, layout, s, q),
         distance=_blend_distance(vol, found, alpha, time, layout, s),
-        radiance=_blend_radiance(vol, found, alpha, time, layout) if layout.radiance_size else None,
+        radiance=_blend_radiance(vol, found, points, alpha, time, layout) if layout.radiance_size else None,
         age=vol.age + 1,
     )
 
@@ -92,14 +101,11 @@ def hysteresis(age: mi.UInt32, s: Settings) -> mi.Float:
     return dr.select(known < 1, 0, at_most(known / (known + s.recency), mi.Float(s.hysteresis)))
 
 
-def _blend_irradiance(vol, found, alpha, time, layout, s, q):
+def _blend_irradiance(vol, found, points, alpha, time, layout, s, q):
     size, fmt = layout.irradiance_size, formats.IRRADIANCE[layout.irradiance_format]
     weights = _weights(size, found.directions, 1)
-    weights /= at_least(dr.sum(weights, axis=1)[:, None], 1e-6)
-    if s.fit_texels:
-        weights = vol.texel_fit.apply(weights)
     lane = dr.arange(mi.UInt32, vol.grid.size * (size + 2) ** 2)
-    mean = _mean_radiance(vol, found, weights, size, lane)
+    mean = _mean_radiance(vol, found, points, weights, 1, lane, vol.texel_fit if s.fit_texels else None)
     mean = at_least(mean, 0)  # fitted weights go a little below zero
     old = _old(fmt, vol.irradiance, size, lane)
     # Blend S^(1/gamma); the map holds S^k.
@@ -108,25 +114,34 @@ def _blend_irradiance(vol, found, alpha, time, layout, s, q):
     return formats.pack(fmt, _power(mixed, s.gamma * k), _dither(fmt, 16, time, lane, 0))
 
 
-def _blend_radiance(vol, found, alpha, time, layout):
+def _blend_radiance(vol, found, points, alpha, time, layout):
     """Radiance as it arrives, in lobes as wide as a texel: a mean that nothing bends."""
     size, fmt = layout.radiance_size, formats.IRRADIANCE[layout.irradiance_format]
     # A lobe cos^n has 2 pi / (n + 1) of solid angle, a texel 4 pi / size^2.
-    weights = _weights(size, found.directions, max(1.0, size * size / 2 - 1))
-    weight = dr.sum(weights, axis=1)
+    sharpness = max(1.0, size * size / 2 - 1)
+    weights = _weights(size, found.directions, sharpness)
     lane = dr.arange(mi.UInt32, vol.grid.size * (size + 2) ** 2)
-    mean = _mean_radiance(vol, found, weights / at_least(weight[:, None], SMALLEST_WEIGHT), size, lane)
+    mean = _mean_radiance(vol, found, points, weights, sharpness, lane)
     old = _old(fmt, vol.radiance, size, lane)
-    seen = dr.gather(mi.Float, weight.array, _source_texel(lane, size)[1]) > SMALLEST_WEIGHT
+    seen = dr.gather(mi.Float, dr.sum(weights, axis=1).array, _source_texel(lane, size)[1]) > SMALLEST_WEIGHT
     mixed = dr.select(seen, dr.lerp(mean, old, alpha), old)
     mixed = at_least(mixed, 0)  # few samples of what is near may take away more than there is
     return formats.pack(fmt, mixed, _dither(fmt, 16, time, lane, 2))
 
 
-def _mean_radiance(vol, found, weights, size, lane) -> mi.Color3f:
-    """Weighted sums of what the rays brought back, for the texels of the bordered maps. (P (size + 2)^2,)."""
-    probes, texels = vol.grid.size, size * size
-    sums = _weighted_sums(weights, dr.ravel(found.radiance), 3, probes)  # (3 P, texels)
+def _mean_radiance(vol, found, points, weights, sharpness, lane, fit: TexelFit | None = None) -> mi.Color3f:
+    """Weighted means of what rays and points brought, for the texels of the bordered maps. (P (size + 2)^2,)."""
+    probes, texels = vol.grid.size, weights.shape[0]
+    size = math.isqrt(texels)
+    weight = at_least(dr.sum(weights, axis=1), SMALLEST_WEIGHT)
+    shares = weights / weight[:, None]
+    sums = _weighted_sums(fit.apply(shares) if fit else shares, dr.ravel(found.radiance), 3, probes)
+    if points:
+        # On top of the rays, so divided by what the rays' weights come to; on average, as the mean of one
+        # over a sum that varies is more than one over its mean. That of cos^n over all directions is 1 / (2 n + 2).
+        even = 2 * (sharpness + 1) / weights.shape[1]
+        more = mi.TensorXf(points.weighted_sums(size, sharpness) * even, (3 * probes, texels))
+        sums = sums + (fit.apply_to_maps(more) if fit else more).array
     probe, texel = _source_texel(lane, size)
     return mi.Color3f([dr.gather(mi.Float, sums, (probe * 3 + c) * texels + texel) for c in range(3)])
 

@@ -17,6 +17,7 @@ from ddgi import sampling
 from ddgi.lighting import direct
 from ddgi.lighting.lights import Lights, environment_radiance
 from ddgi.probes import query, volume
+from ddgi.probes.lamplit import Sharing
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock
 from ddgi.settings_group import settings_group
@@ -69,6 +70,7 @@ class Illumination:
     direct: direct.Settings
     query: query.Settings
     layout: volume.Settings
+    sharing: Sharing | None = None  # of the lamps' light on what rays hit; None: it is all theirs
 
 
 def arriving(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:
@@ -81,11 +83,13 @@ def arriving(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.C
     return radiance
 
 
-def from_lamps(by: Illumination, surface: Surface, stream: int) -> mi.Color3f:
-    """Irradiance E [W/m^2] that comes straight from the lamps. (N,)."""
+def from_lamps(
+    by: Illumination, surface: Surface, stream: int, share: direct.Share | None = None
+) -> mi.Color3f:
+    """Irradiance E [W/m^2] that comes straight from the lamps, or the `share` of it that counts. (N,)."""
     return direct.direct_light(
         by.tracer, by.lights, surface, by.direct,
-        time=by.time, stream=stream, samples=by.direct.probe_samples, specular=False,
+        time=by.time, stream=stream, samples=by.direct.probe_samples, specular=False, share=share,
     ).irradiance  # fmt: skip
 
 

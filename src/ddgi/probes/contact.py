@@ -35,9 +35,9 @@ class Settings:
         float,
         Interval(ge=0, le=1000),
         Doc(
-            "from pixels, one ray each a frame [spacings]: for stills, as single frames show its grain; 0: not at all"
+            "from pixels, one ray each a frame [spacings], where frames add up: single ones would show its grain; 0: not at all"
         ),
-    ] = 0.0
+    ] = 1.0
     hits: Annotated[
         float,
         Interval(ge=0, le=1000),

@@ -96,12 +96,16 @@ class _Path:
 
 
 def _along_path(by: Illumination, surface: Surface) -> _Path:
-    """Radiance that first hits reflect, by a path of `path_length` surfaces and, at its end, the field."""
+    """Radiance that first hits reflect, by a path of `path_length` surfaces and, at its end, the field.
+
+    Light paths (`lamplit`) bring some of the lamps' light on first hits, and none of what is beyond.
+    """
+    share = by.sharing.of_rays if by.sharing else None
     width, last = dr.width(surface.distance), by.gather.path_length
     lane = dr.arange(mi.UInt32, width)
     radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
     for length in range(1, last):
-        radiance += throughput * reflected(surface, from_lamps(by, surface, sampling.PROBE_LIGHT))
+        radiance += throughput * reflected(surface, from_lamps(by, surface, sampling.PROBE_LIGHT, share))
         throughput = dr.select(surface.lit, throughput * surface.albedo, mi.Color3f(0))
         sample = sampling.uniform_2d(by.time, sampling.PROBE_PATH, lane * last + (length - 1))
         # The cosine and the 1/pi of Lambert cancel against the density of the directions.
@@ -110,7 +114,8 @@ def _along_path(by: Illumination, surface: Surface) -> _Path:
             origin, direction, surface.lit, time=by.time, stream=sampling.PROBE_ALPHA
         )
         radiance += throughput * arriving(by, surface, direction)
-    irradiance = from_lamps(by, surface, sampling.PROBE_LIGHT)
+        share = None
+    irradiance = from_lamps(by, surface, sampling.PROBE_LIGHT, share)
     if by.gather.bounces == "field":
         irradiance += from_field(by, surface)
     return _Path(radiance + throughput * reflected(surface, irradiance), throughput, surface)

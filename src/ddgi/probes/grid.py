@@ -81,11 +81,15 @@ class ProbeGrid:
 
     def position(self, probe: mi.UInt32) -> mi.Point3f:
         """Where probes stand [m]. probe: (N,) numbers below P."""
+        cell = mi.Vector3f([mi.Float(n) for n in self.coordinates(probe)])
+        return dr.fma(cell, self.spacing, self.origin)
+
+    def coordinates(self, probe: mi.UInt32) -> tuple[mi.UInt32, mi.UInt32, mi.UInt32]:
+        """Grid coordinates x, y, z of probes. probe: (N,) numbers below P."""
         nx, ny, _ = self.counts
         row = probe // nx
         plane = row // ny
-        cell = mi.Vector3f(mi.Float(probe - row * nx), mi.Float(row - plane * ny), mi.Float(plane))
-        return dr.fma(cell, self.spacing, self.origin)
+        return probe - row * nx, row - plane * ny, plane
 
 
 def fit(box: Box, s: Settings, walls: list[Walls] | None = None) -> ProbeGrid:

@@ -25,6 +25,14 @@ class Settings:
     """How probes look around."""
 
     per_probe: Annotated[int, Interval(ge=8, le=4096), Doc("rays per probe and update")] = 128
+    from_lamps: Annotated[
+        int,
+        Interval(ge=0, le=1024),
+        Doc(
+            "paths from point, spot and directional lights that each probe sees land in an update: they find the small "
+            "places that light a room; 0: none"
+        ),
+    ] = 16
 
 
 @dataclass

@@ -35,6 +35,10 @@ class TexelFit:
         """Texel weights of rays, (T, R), fitted."""
         return weights + dr.matmul(self.change, dr.matmul(self.harmonics, weights))
 
+    def apply_to_maps(self, maps: mi.TensorXf) -> mi.TensorXf:
+        """Maps of exact texels, one in a row, (N, T), fitted."""
+        return maps + dr.matmul(dr.matmul(maps, self.harmonics, Bt=True), self.change, Bt=True)
+
 
 def texel_fit(size: int) -> TexelFit:
     """The fit of a map with size^2 interior texels."""

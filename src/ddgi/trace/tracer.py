@@ -14,6 +14,7 @@ class Tracer(Protocol):
     """Closest hits and visibility."""
 
     origin: mi.Point3d  # (1,) what positions count from, in the coordinates of the scene's file [m]
+    extent: mi.Float  # (1,) no coordinate in the scene is larger [m]
 
     def intersect(
         self,
