@@ -14,10 +14,12 @@ STAGES = {
     "light pixels",
 }
 
+OURS = {"light paths", "see lamplit points", "blend radiance"}
+
 
 @pytest.mark.parametrize(
     ("preset", "more"),
-    [("default", {"blend radiance"}), ("fine", {"blend radiance", "light nearby"}), ("scale", set())],
+    [("default", OURS), ("fine", OURS), ("scale", set())],
 )
 def test_figures(run, tmp_path, preset, more):
     file = tmp_path / "bench.json"
