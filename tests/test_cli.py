@@ -212,6 +212,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
     ("arguments", "message"),
     [
         (["render", "no-such-scene", "-o", "a.png"], "no scene 'no-such-scene'"),
+        (["render", "corneli", "-o", "a.png"], "did you mean cornell?"),
         (["render", "none.xml", "-o", "a.png"], "none.xml: file not found"),
         (["render", ".", "-o", "a.png"], "folder"),
         (["render", "cornell", "-o", "a.jpg"], "unknown kind of picture"),
@@ -220,7 +221,10 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["render", "cornell", "-o", "a.png", "--json", "none/a.json"], "there is no folder"),
         (["render", "cornell", "-o", "a.png", "--json", "."], "is a folder"),
         (["render", "cornell", "-o", "a.png", "--preset", "best"], "unknown preset"),
-        (["render", "cornell", "-o", "a.png", "--config", "none.toml"], "No such file"),
+        (
+            ["render", "cornell", "-o", "a.png", "--config", "none.toml"],
+            "none.toml: there is no such file; `ddgi presets default`",
+        ),
         (["render", "cornell", "-o", "a.png", "--set", "query.crsh=1"], "did you mean query.crush?"),
         (
             ["render", "cornell", "-o", "a.png", "--set", "query.crush=7"],
@@ -232,6 +236,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["render", "cornell", "-o", "a.png", "--near", "nan"], "near must be"),
         (["render", "cornell", "-o", "a.png", "--sun", "0,0,-1"], "sun must be"),
         (["render", "cornell", "-o", "a.png", "--sky", "-1,0,0"], "sky must be"),
+        (["render", "cornell", "-o", "a.png", "--ceiling", "high"], "neither a height in metres nor auto"),
         (["render", "cornell", "-o", "a.png", "--ceiling", "-9"], "ceiling must be above"),
         (["render", "cornell", "-o", "a.png", "--ceiling", "1e9"], "no higher than"),
         (["render", "cornell", "-o", "a.png", "--point", "0,0,0,-1,0,0"], "negative"),
@@ -469,3 +474,11 @@ def test_a_picture_of_next_to_no_light_says_so(run, tmp_path):
         code, _, err = run("render", file, "-o", tmp_path / "ball.png", *QUICK)
         assert code == 0, err
         assert ("warning: hardly any light" in err) == said
+
+
+def test_a_damaged_environment_picture_is_named(run, tmp_path):
+    picture = tmp_path / "sky.hdr"
+    picture.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\nabcdef")
+    code, _, err = run("render", "cornell", "-o", tmp_path / "a.png", "--env", picture)
+    assert code != 0
+    assert "sky.hdr: damaged" in err and "Traceback" not in err

@@ -111,7 +111,7 @@ def test_bad_files(tmp_path, content, message):
 
 
 def test_unreadable_files(tmp_path):
-    with pytest.raises(SettingsError, match=r"none\.toml: No such file"):
+    with pytest.raises(SettingsError, match=r"none\.toml: there is no such file"):
         load_settings(config=tmp_path / "none.toml")
     with pytest.raises(SettingsError, match="Is a directory"):
         load_settings(config=tmp_path)

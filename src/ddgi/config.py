@@ -93,6 +93,10 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     try:
         with open(path, "rb") as file:
             return tomllib.load(file)
+    except FileNotFoundError as error:
+        raise SettingsError(
+            "there is no such file; `ddgi presets default` prints one to start from"
+        ) from error
     except OSError as error:
         raise SettingsError(str(error.strerror)) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -191,7 +191,9 @@ def test_a_black_scene_has_an_answer(tmp_path):
     found = compare(scene, [trial("default")], frames=2, most_seconds=5, rivals=False, folder=tmp_path)
     assert found.figures()["flip_mean"] == 0
     assert found.figures()["luminance_error"] == 0
-    assert "the reference is black" in found.notes
+    assert "the reference is black: there is nothing to compare with" in found.notes
+    assert not any("too noisy" in note for note in found.notes)
+    assert "nothing to compare with" in table(found) and "good enough" not in table(found)
     assert not found.valid, "nothing to be right about"
     assert sheet.sheet(found).size > 0
 

@@ -110,7 +110,11 @@ class Ceiling(Finite):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number, or "auto"."""
-        return value if value == "auto" else super().convert(value, param, ctx)
+        if value == "auto" or isinstance(value, float):
+            return value
+        if parse_numbers(value) is None:
+            self.fail(f"{value!r} is neither a height in metres nor auto.", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 def parse_numbers(text: str) -> tuple[float, ...] | None:

@@ -156,13 +156,13 @@ def _rivals(scene: Scene, ours: Outcome, truth: Reference, guides) -> dict[str, 
 def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[str]:
     """What keeps the numbers from counting."""
     lines = []
-    if not truth.good_for(target):
+    if not truth.picture.any():
+        lines.append("the reference is black: there is nothing to compare with")
+    elif not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
             f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
         )
-    if not truth.picture.any():
-        lines.append("the reference is black")
     lines += [*_all_warm_up(judged), *_still_dark(judged)]
     for j in judged:
         if j.outcome.non_finite:

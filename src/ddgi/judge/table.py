@@ -35,6 +35,10 @@ def table(found: Comparison) -> str:
 def reference_lines(found: Comparison) -> list[str]:
     """How good the reference is, and what its own noise makes of the figures."""
     truth = found.reference
+    if not truth.picture.any():
+        return [
+            f"reference: black, {counted(truth.spp, 'path')} a pixel from the {truth.start}: nothing to compare with"
+        ]
     verdict = "good enough" if found.valid else "NOT good enough"
     return [
         f"reference: {counted(truth.spp, 'path')} a pixel from the {truth.start}, FLIP {truth.noise:.4f} between its halves: "

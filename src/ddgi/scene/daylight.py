@@ -123,6 +123,12 @@ def _environment(path: Path, up: np.ndarray) -> dict[str, Any]:
     if path.suffix.lower() not in (".hdr", ".exr"):
         raise SceneError(f"an environment picture must be .hdr or .exr, not {path.name}")
     north, east = horizontal_axes(up)
+    try:
+        mi.Bitmap(str(path))
+    except Exception as error:
+        raise SceneError(
+            f"environment picture {path}: damaged, or not an .hdr or .exr picture in spite of its name"
+        ) from error
     return {"type": "envmap", "filename": str(path.resolve()), "to_world": _frame(east, up, north)}
 
 

@@ -6,6 +6,7 @@ import gc
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -207,8 +208,10 @@ def _built_in(name: str, added: Added, up: np.ndarray | None, diffuse: bool) -> 
     from ddgi.scene.plugin_tree import PluginTree
 
     if name not in BUILT_IN:
+        close = get_close_matches(name, BUILT_IN, n=1)
+        meant = f"did you mean {close[0]}? Else " if close else ""
         raise SceneError(
-            f"no scene {name!r}: give a .glb, .gltf, .obj, .ply or .xml file, or one of {', '.join(sorted(BUILT_IN))}"
+            f"no scene {name!r}: {meant}give a .glb, .gltf, .obj, .ply or .xml file, or one of {', '.join(sorted(BUILT_IN))}"
         )
     blueprint = BUILT_IN[name].build()
     tree = PluginTree.parse(blueprint.description)

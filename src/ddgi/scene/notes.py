@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 # Remarks that `ddgi.survey` looks for.
-NO_LIGHT = "no light in the scene: sky and sun added"
+NO_LIGHT = (
+    "no light in the scene: a clear sky and its sun added, choose with --sun, --sky, --env, --point or --spot"
+)
 PICTURE_MISSING = "picture not found"
 MATERIALS_MISSING = "material file not found"
 

@@ -166,6 +166,16 @@ def test_glass_and_gloss_and_mirror(tmp_path):
     assert gloss["nested"]["alpha"] == pytest.approx(0.1)  # sqrt(2 / 200)
     mirror, _ = materials(tmp_path, "newmtl m\nKd 0 0 0\nKs 1 1 1\nillum 5\n")
     assert mirror["nested"]["type"] == "roughconductor"
+    nearly, _ = materials(tmp_path, "newmtl m\nKd 0.01 0.01 0.01\nKs 0.95 0.95 0.95\nillum 5\n")
+    assert nearly["nested"]["type"] == "roughconductor"
+    tiles, _ = materials(tmp_path, "newmtl m\nKd 0.3 0.3 0.3\nKs 0.9 0.9 0.9\nillum 5\n")
+    assert tiles["nested"]["type"] == "roughplastic"
+
+
+def test_what_is_not_read_of_a_material_is_told_once_with_its_line(tmp_path):
+    notes = Notes()
+    materials(tmp_path, "newmtl m\nKd 1 1 1\nPr 0.5\nPr 0.6\n", notes=notes)
+    assert [note for note in notes.lines() if "not read" in note] == ["a.mtl: line 3: Pr: not read"]
 
 
 def test_a_picture_upside_down_as_the_format_has_it(tmp_path):
@@ -216,7 +226,7 @@ def test_a_mistake_in_a_material_names_its_line(tmp_path):
 def test_an_obj_without_lamps_gets_daylight(tmp_path):
     scene = ddgi.load_scene(written(tmp_path, SQUARE + "f 1 2 3 4\n"))
     assert (scene.triangles, scene.up) == (2, (0, 1, 0))
-    assert "no light in the scene: sky and sun added" in scene.notes
+    assert any(note.startswith("no light in the scene: a clear sky") for note in scene.notes)
 
 
 PLY = """ply

@@ -1,7 +1,7 @@
 """MTL materials to Mitsuba's BSDFs.
 
 `diffuse` from Kd; `roughplastic` where Ks is not black, its roughness from Blinn's exponent (Walter
-et al. 2007: alpha^2 = 2 / (Ns + 2)); a mirror where illum 3 or 5 says so and Kd is black; glass for
+et al. 2007: alpha^2 = 2 / (Ns + 2)); a mirror where illum 3 or 5 says so and Kd is next to nothing; glass for
 illum 4, 6 and 7. Opacity is a `mask` around it. All are two-sided: the format knows no other.
 """
 
@@ -23,6 +23,8 @@ MIRRORS, GLASS = (3, 5), (4, 6, 7)
 IOR = 1.5
 """Of glass and varnish where the file says none, or none above 1."""
 SMOOTHEST = 0.01
+NEXT_TO_NOTHING = 0.05
+"""Of Ks: a Kd that mirrors may have, as with 0.01 beside 0.95 in the spheres of well-known Cornell boxes."""
 Described = dict[str, Any]
 
 
@@ -66,8 +68,9 @@ class Materials:
             tint = np.ones(3) if material.filter is None else np.minimum(material.filter, 1)
             return {"type": "dielectric", "int_ior": ior, "specular_transmittance": rgb(tint)}
         specular = np.zeros(3) if material.specular is None else np.minimum(material.specular, 1)
-        black = material.diffuse is not None and not material.diffuse.any()
-        if material.illum in MIRRORS and black and specular.any() and not material.pictures.get("diffuse"):
+        diffuse = GREY if material.diffuse is None else float(np.max(material.diffuse))
+        dark = diffuse <= NEXT_TO_NOTHING * float(specular.max())
+        if material.illum in MIRRORS and dark and specular.any() and not material.pictures.get("diffuse"):
             return {
                 "type": "roughconductor", "material": "none", "alpha": _alpha(material),
                 "specular_reflectance": rgb(specular),

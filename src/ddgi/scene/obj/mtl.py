@@ -61,6 +61,7 @@ def read_materials(path: Path, notes: Notes) -> dict[str, Material]:
     """
     out: dict[str, Material] = {}
     current: Material | None = None
+    unread: set[str] = set()  # each is told once
     for line, keyword, rest in read_statements(path):
         owner = f"{path}: line {line}: {keyword}"
         if keyword == "newmtl":
@@ -74,7 +75,10 @@ def read_materials(path: Path, notes: Notes) -> dict[str, Material]:
         elif keyword in PICTURES:
             current.pictures[PICTURES[keyword]] = _picture(rest, path.parent, owner)
         elif keyword not in SILENT:
-            notes.add(f"MTL {keyword if keyword.isprintable() else repr(keyword)}: not read")
+            name = keyword if keyword.isprintable() else repr(keyword)
+            if name not in unread:
+                notes.add(f"{path.name}: line {line}: {name}: not read")
+            unread.add(name)
     return out
 
 
