@@ -11,7 +11,7 @@ Each row keeps the ideal parts of the rows above it:
 - visibility: a ray from every probe to every pixel's point, in place of the Chebyshev bound;
 - space: eight times the probes, of 512 rays.
 
-Encoding is judged against the row before: the maps' formats and γ, made worse one by one.
+Encoding is judged against the row before: the maps' formats and γ, made worse one by one. Takes minutes on a GPU, hours on a CPU.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 
@@ -52,22 +51,24 @@ ENCODINGS = {
 
 
 @contextmanager
-def traced_visibility(scene: Any) -> Iterator[None]:
+def traced_visibility() -> Iterator[None]:
     """Every pixel asks a ray whether a probe sees its point."""
     bound, recorded = query._visibility, frame.expose
 
-    def visible(vol, probe, from_probe, unit, active, layout, s, tap):
+    def visible_by(tracer, vol, probe, from_probe, active):
         start = vol.grid.position(probe)
         length = dr.norm(from_probe)
         direction = from_probe / dr.maximum(length, 1e-9)
         origin = dr.fma(direction, length * 1e-3, start)
-        return scene.tracer.visible(origin, direction, length * (1 - 2e-3), active)
+        return tracer.visible(origin, direction, length * (1 - 2e-3), active)
 
-    def picture(settings, *arguments):
-        # Not replayed: a recording would have to know the scene that `visible` asks.
-        query._visibility = visible
+    def picture(settings, tracer, *arguments):
+        # Not replayed: a recording would have to know the tracer.
+        query._visibility = lambda vol, probe, from_probe, unit, active, *_: visible_by(
+            tracer, vol, probe, from_probe, active
+        )
         try:
-            return frame.take_picture(*arguments, settings)
+            return frame.take_picture(tracer, *arguments, settings)
         finally:
             query._visibility = bound
 
@@ -82,10 +83,9 @@ def main() -> None:
     """Measure all views."""
     rows = []
     for view in VIEWS:
-        scene = view.load()
         steps = judged([view], trials(*(f"{name}: {sets}" for name, sets in STEPS.items())), frames=FRAMES)[0]
         parts = {name: steps["configurations"][name] for name in STEPS}
-        with traced_visibility(scene):
+        with traced_visibility():
             exact = judged(
                 [view],
                 trials(f"visibility: {PATHS}", f"space: {PATHS}; rays.per_probe=512; grid.budget=16384"),

@@ -105,23 +105,24 @@ def test_no_point_is_brighter_than_what_is_there():
     assert 0 < brought.max() < 0.5 / np.pi * 20.0 / nearest**2
 
 
+def sets_seen(scene, s, tick):
+    """Which of the eight sets of points each probe of the first cell looks at."""
+    paths, points, grid = seen_points(scene, s, tick)
+    landed = np.array(paths.landed.surface.position).T.reshape(lamplit.SETS, points.count, 3)
+    corners = [0, 1, 4, 5, 16, 17, 20, 21]  # of 4 x 4 x 4 probes
+    at = np.array(grid.position(mi.UInt32(corners))).T
+    looks = np.array(points.direction).reshape(grid.size, points.count, 4)[corners, :, :3]
+    to = landed[None] - at[:, None, None]
+    to /= np.linalg.norm(to, axis=-1, keepdims=True)
+    return np.abs(to - looks[:, None]).sum((2, 3)).argmin(1)
+
+
 def test_neighbours_see_other_points_and_all_in_turn():
     scene, s = load(room(diffuse(0.5), lamp=bulb(0.0, 0.0, 0.0, 1.0))), small(rays_from_lamps=2)
-    paths, _, grid = seen_points(scene, s)
-    landed = np.array(paths.landed.surface.position).T.reshape(lamplit.SETS, 2, 3)
-    corner = [0, 1, 4, 5, 16, 17, 20, 21]  # the first cell of 4 x 4 x 4 probes
-    for tick in (0, 1, 5):
-        _, points, _ = seen_points(scene, s, tick)
-        assert points.count == 2
-    at = np.array(grid.position(mi.UInt32(corner))).T
-    _, points, _ = seen_points(scene, s, 0)
-    looks = np.array(points.direction).reshape(grid.size, 2, 4)[corner, :, :3]
-    sets = []
-    for probe in range(8):
-        to = landed - at[probe]
-        to /= np.linalg.norm(to, axis=-1, keepdims=True)
-        sets.append(int(np.abs(to - looks[probe]).sum((1, 2)).argmin()))
-    assert sorted(sets) == list(range(8))
+    seen = np.array([sets_seen(scene, s, tick) for tick in range(lamplit.SETS)])
+    everything = list(range(lamplit.SETS))
+    assert all(sorted(of_a_tick) == everything for of_a_tick in seen)
+    assert all(sorted(of_a_probe) == everything for of_a_probe in seen.T)
 
 
 def test_without_lamps_there_are_no_paths():

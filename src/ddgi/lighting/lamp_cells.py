@@ -16,6 +16,9 @@ from ddgi.extrema import at_least, at_most, clamp
 from ddgi.lighting.lights import DIRECTIONAL, SPOT, DeltaLight
 from ddgi.luminance import LUMINANCE
 
+BELOW_ONE = 1 - 2**-24
+"""The largest number below one."""
+
 
 @dataclass
 class Disc:
@@ -86,7 +89,7 @@ def within(cell: mi.UInt32, place: mi.Point2f, side: int) -> mi.Point2f:
     """Places on squares from places in cells. cell: (N,); place: (N,) in [0, 1)."""
     row = cell // side
     corner = mi.Point2f(mi.Float(cell - row * side), mi.Float(row))
-    return mi.Point2f([at_most((corner[i] + place[i]) * (1 / side), 1 - 1e-7) for i in range(2)])
+    return mi.Point2f([at_most((corner[i] + place[i]) * (1 / side), BELOW_ONE) for i in range(2)])
 
 
 def _cap(row: DeltaLight) -> mi.Float:

@@ -20,7 +20,7 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.extrema import at_least, clamp
 from ddgi.lighting import lamp_cells
-from ddgi.lighting.lamp_cells import Disc
+from ddgi.lighting.lamp_cells import BELOW_ONE, Disc
 from ddgi.lighting.lights import DeltaLight, Lights, delta_light, from_delta
 from ddgi.sampling import Clock
 from ddgi.trace.surface import Surface, matt_bounce
@@ -174,6 +174,3 @@ def _found(
     last = number == count - 1
     width = dr.select(last, end, dr.gather(mi.Float, before, first + (number + 1) * step, ~last)) - start
     return number, clamp((target - start) / at_least(width, 1e-30), 0, BELOW_ONE), width
-
-
-BELOW_ONE = 1 - 2**-24

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 # Remarks that `ddgi.survey` looks for.
-NO_LIGHT = (
-    "no light in the scene: a clear sky and its sun added, choose with --sun, --sky, --env, --point or --spot"
-)
+LIGHT_OPTIONS = "--sky, --sun, --env, --point or --spot"
+NO_LIGHT = f"no light in the scene: a clear sky and its sun added, choose with {LIGHT_OPTIONS}"
 PICTURE_MISSING = "picture not found"
 MATERIALS_MISSING = "material file not found"
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ddgi.plural import counted, percent
 from ddgi.scene.beside import shown
-from ddgi.scene.notes import MATERIALS_MISSING, NO_LIGHT, PICTURE_MISSING
+from ddgi.scene.notes import LIGHT_OPTIONS, MATERIALS_MISSING, NO_LIGHT, PICTURE_MISSING
 from ddgi.survey.lamps import Lamp
 from ddgi.survey.views import View
 from ddgi.survey.volume import Volume
@@ -24,7 +24,6 @@ FINEST = 0.5
 ROUNDING = 0.9
 """Of the spacing needed: planes come in whole numbers."""
 MOST_NAMES = 5
-LIGHT_OPTIONS = "--sky, --sun, --env, --point or --spot"
 
 
 @dataclass(frozen=True)
