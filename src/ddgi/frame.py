@@ -179,7 +179,7 @@ def take_picture(
     """Light what the camera sees, and add it to the picture so far."""
     surface = gbuffer(tracer, camera, time, s.gbuffer)
     by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
-    near = nearby(by, camera, surface, s.gbuffer, s.contact)
+    near = nearby(by, surface, s.contact)
     shaded = shade(
         tracer, lights, field, surface, tracer.materials.any_specular, time, s.direct, s.volume, s.query, near
     )

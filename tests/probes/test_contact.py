@@ -11,7 +11,7 @@ from ddgi import sampling
 from ddgi.errors import SettingsError
 from ddgi.frame import Frame, render_frame, render_view
 from ddgi.probes.bounce import Illumination
-from ddgi.probes.contact import in_turn, near_light, thinned
+from ddgi.probes.contact import in_turn, near_light
 from ddgi.probes.field import IrradianceField, irradiance_map, radiance_map
 from ddgi.probes.octahedral import direction_to_square, texel_directions
 from ddgi.sampling import clock
@@ -166,14 +166,6 @@ def test_every_ray_gets_its_turn(count, every):
         assert (np.diff(order[:few]) == every).all()
         first += order[:few].tolist()
     assert sorted(first) == list(range(few * every))
-
-
-def test_every_pixel_gets_its_turn():
-    """Of `every` frames in a row, each lane of the many is looked at once, whatever the row's length."""
-    for every, row in ((4, 24), (3, 7), (5, 10)):
-        lanes = dr.arange(mi.UInt32, 40)
-        taken = [np.array(thinned(lanes, every, clock(0, tick), row)) for tick in range(every)]
-        assert sorted(np.concatenate(taken)) == list(range(40 * every))
 
 
 def thinned_room(every):

@@ -116,3 +116,29 @@ def test_low_discrepancy_means_converge_faster():
     x, y = np.array(low_discrepancy_2d(clock(0, 0), 2, lane // 256, lane % 256), np.float64)
     error = np.sqrt(np.mean(((x * y).reshape(512, 256).mean(1) - 0.25) ** 2))
     assert error < 0.22 / 16 / 3
+
+
+def kronecker(first, count, index=0, stream=0):
+    samples = dr.arange(mi.UInt32, count) + first
+    return np.array(sampling.kronecker_2d(clock(0, 5), stream, mi.UInt32(index), samples), np.float64).T
+
+
+@pytest.mark.parametrize("first", [0, 777, 4_000_000_000])
+def test_kronecker_points_fill_evenly(first):
+    """Of 1,024 points in a row each of 64 cells has its 16, but for two or three."""
+    points = kronecker(first, 1024)
+    assert points.min() >= 0 and points.max() < 1
+    counts, *_ = np.histogram2d(*points.T, bins=8, range=[[0, 1], [0, 1]])
+    assert np.abs(counts - 16).max() <= 4
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_kronecker_and_low_discrepancy_points_are_independent(index):
+    """Halves of the one fall evenly on halves of the other, as those of two scrambled Sobol sequences do not."""
+    ours, theirs = kronecker(0, 1024, index), sequence(0, 1024, index=index, stream=3)
+    other = sequence(0, 1024, index=2 * index + 1, stream=3)
+    together = lambda a, b: ((a < 0.5) == (b < 0.5)).mean()  # noqa: E731
+    for i in range(2):
+        for j in range(2):
+            assert together(ours[:, i], theirs[:, j]) == pytest.approx(0.5, abs=0.03)
+    assert together(theirs[:, 0], other[:, 0]) in (0.0, 1.0)

@@ -92,7 +92,7 @@ def test_a_room_without_a_ceiling_is_one():
         assert 0 < x < 6
         assert 0.8 < y < 2.0
         assert 0 < z < 5
-        assert any("no light reaches" in note for note in scene.notes) == (ceiling is not None)
+        assert any("no light comes" in note for note in scene.notes) == (ceiling is not None)
 
 
 def test_it_stands_in_the_room_that_has_light():
@@ -220,8 +220,8 @@ def test_closed_cubes_are_not_black():
 
 def test_where_nothing_is_lit_it_says_so():
     dark = chosen(box((-1, -1, -1), (1, 1, 1), inwards=True))  # the sky that it is given stays outside
-    assert any("no light reaches" in note for note in dark.notes)
-    assert not any("no light reaches" in note for note in chosen(box((-1, -1, -1), (1, 1, 1))).notes)
+    assert any("no light comes" in note for note in dark.notes)
+    assert not any("no light comes" in note for note in chosen(box((-1, -1, -1), (1, 1, 1))).notes)
 
 
 # ---- the same again ----------------------------------------------------------------------------

@@ -134,6 +134,7 @@ def compare(
     view = look(scene)
     notes = [*scene.notes, *remarks(view), *_doubts(truth, target, judged)]
     found = {}
+    rivals = rivals and bool(truth.picture.any())  # of black nothing is learnt
     if rivals and not denoiser.installed():
         notes.append(f"no rival: {denoiser.MISSING}")
     elif rivals:

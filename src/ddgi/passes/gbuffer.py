@@ -25,19 +25,13 @@ class Settings:
     ] = True
 
 
-def gbuffer(
-    tracer: Tracer, camera: Camera, time: Clock, s: Settings, pixel: mi.UInt32 | None = None
-) -> Surface:
-    """The surface behind each pixel, row by row from the top left, (W H,) lanes; or behind some of them.
-
-    pixel: (N,) their numbers. Those beyond the last see something too.
-    """
+def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface:
+    """The surface behind each pixel, row by row from the top left, (W H,) lanes."""
     # All pixels share one offset per frame: neighbouring rays stay alike.
     within = mi.Point2f(0.5)
     if s.antialias:
         within = sampling.low_discrepancy_2d(time, sampling.PIXEL, mi.UInt32(0), time.tick)
-    if pixel is None:
-        pixel = dr.arange(mi.UInt32, camera.size[0] * camera.size[1])
+    pixel = dr.arange(mi.UInt32, camera.size[0] * camera.size[1])
     origin, direction = camera_rays(camera, tracer.origin, pixel, within)
     return tracer.intersect(
         origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True

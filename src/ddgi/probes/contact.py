@@ -22,7 +22,7 @@ from typing_extensions import Doc
 from ddgi.extrema import at_most, clamp
 from ddgi.probes import query
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
-from ddgi.sampling import Clock, low_discrepancy_2d
+from ddgi.sampling import Clock, kronecker_2d
 from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, matt_bounce
 
@@ -48,7 +48,7 @@ class Settings:
     every: Annotated[
         int,
         Interval(ge=1, le=64),
-        Doc("only one in so many pixels and hits has such a ray each time, and it counts so many times"),
+        Doc("only one in so many hits has such a ray each time, and it counts so many times"),
     ] = 4
 
 
@@ -63,19 +63,6 @@ def in_turn(number: mi.UInt32, few: int, every: int, time: Clock) -> mi.UInt32:
     """
     spread = number % few * every + (time.tick + number // few) % every
     return dr.select(number < few * every, spread, number)
-
-
-def thinned(lane: mi.UInt32, every: int, time: Clock, row: int) -> mi.UInt32:
-    """Which of so many times as many pixels the few stand for: another one each time, and in each row.
-
-    Args:
-        lane: (N,) numbers of the few.
-        every: One in how many they are.
-        time: Moves on to the next of the many.
-        row: Lanes of the many in a row.
-    """
-    first = lane * every
-    return first + (time.tick + first // row) % every
 
 
 def near_light(
@@ -98,7 +85,8 @@ def near_light(
     """
     width = dr.width(surface.distance)
     length = by.vol.grid.smallest_spacing * reach
-    sample = low_discrepancy_2d(by.time, stream, dr.arange(mi.UInt32, width), by.time.tick)
+    # Not of the sequence that lamps are sampled with: what is met and how it is lit would go together.
+    sample = kronecker_2d(by.time, stream, dr.arange(mi.UInt32, width), by.time.tick)
     origin, direction = matt_bounce(surface, sample)
     near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)

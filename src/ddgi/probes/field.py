@@ -108,9 +108,12 @@ def irradiance(
 
 
 def _check_contact(settings: RenderSettings) -> None:
-    for name in ("hits", "pixels"):
-        if not settings.volume.radiance_size and getattr(settings.contact, name) > 0:
-            raise SettingsError(f"contact.{name} needs the probes' radiance: set volume.radiance_size=8")
+    on = [f"contact.{name}" for name in ("hits", "pixels") if getattr(settings.contact, name) > 0]
+    if on and not settings.volume.radiance_size:
+        off = " and ".join(f"{name}=0" for name in on)
+        raise SettingsError(
+            f"{' and '.join(on)} need the probes' radiance, and volume.radiance_size is 0: set {off}, or a radiance_size of 8"
+        )
 
 
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:

@@ -32,7 +32,7 @@ class Settings:
     ] = 16
     radiance_size: Annotated[
         Literal[0, 4, 8, 16, 32],
-        Doc("interior texels per side of the radiance map, which contact.hits needs; 0: there is none"),
+        Doc("interior texels per side of the radiance map, which contact needs; 0: there is none"),
     ] = 8
     irradiance_format: Annotated[
         IrradianceFormat, Doc("texel format of the irradiance map, and of the radiance map")
