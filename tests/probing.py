@@ -192,9 +192,7 @@ def sphere_points(count: int, seed: int = 1) -> np.ndarray:
     return v / np.linalg.norm(v, axis=1, keepdims=True)
 
 
-def surface_at(
-    position, normal, *, viewer=None, albedo=1.0, metallic=0.0, alpha=1.0, specular=0.0
-) -> Surface:
+def surface_at(position, normal, *, viewer=None, base=1.0, metallic=0.0, alpha=1.0, specular=0.0) -> Surface:
     """A front surface at each point."""
     position = np.asarray(position, np.float64).reshape(-1, 3)
     n = len(position)
@@ -210,7 +208,7 @@ def surface_at(
         normal=mi.Normal3f(points(normal)),
         geometric_normal=mi.Normal3f(points(normal)),
         to_viewer=mi.Vector3f(points(viewer)),
-        albedo=mi.Color3f(dr.full(mi.Float, albedo, n)),
+        base=mi.Color3f(dr.full(mi.Float, base, n)),
         metallic=dr.full(mi.Float, metallic, n),
         alpha=dr.full(mi.Float, alpha, n),
         specular=dr.full(mi.Float, specular, n),

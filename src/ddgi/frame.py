@@ -9,12 +9,12 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ddgi.backend import use_backend
 from ddgi.errors import SettingsError
 from ddgi.extrema import at_least
 from ddgi.lighting.lights import Lights
 from ddgi.passes import picture as pictures
 from ddgi.passes.gbuffer import gbuffer
+from ddgi.passes.gloss import mirrored
 from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import Picture, accumulate
 from ddgi.passes.shade import shade
@@ -98,10 +98,9 @@ def render_frame(
 
     Raises:
         SettingsError: The field was fitted for other `volume` settings or another
-            `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1; or a picture of the
-            surroundings is to be sampled on the GPU.
+            `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1.
     """
-    time = _time(scene, field, tick, settings)
+    time = _time(field, tick, settings)
     field = advance()(settings, scene.tracer, scene.lights, field, time)
     return field, _exposed(scene, field, camera, time, settings, previous)
 
@@ -115,16 +114,11 @@ def render_view(
     previous: Frame | None = None,
 ) -> Frame:
     """Light a camera's pixels with a field as it is. Arguments and errors as of `render_frame`."""
-    return _exposed(scene, field, camera, _time(scene, field, tick, settings), settings, previous)
+    return _exposed(scene, field, camera, _time(field, tick, settings), settings, previous)
 
 
-def _time(scene: Scene, field: IrradianceField, tick: int, settings: RenderSettings) -> Clock:
-    """The clock of a frame; what cannot be rendered is refused."""
-    pictured = scene.lights.environment_map is not None and settings.direct.environment == "sampled"
-    if use_backend() == "cuda" and pictured:  # see `ddgi.lighting.environment_map`
-        raise SettingsError(
-            "on the GPU, pictures of the surroundings cannot be sampled: leave direct.environment at field, or use --backend llvm"
-        )
+def _time(field: IrradianceField, tick: int, settings: RenderSettings) -> Clock:
+    """The clock of a frame; a tick that is none is refused."""
     if not isinstance(tick, int) or not 0 <= tick < 2**32:
         raise SettingsError(f"tick must be a whole number from 0 to 2^32 - 1, not {tick!r}")
     field.check(settings)
@@ -147,7 +141,9 @@ def _exposed(
 
 def by_itself(settings: RenderSettings) -> RenderSettings:
     """The settings of a frame that no others are added to: without what only their mean can show."""
-    return replace(settings, contact=replace(settings.contact, pixels=0.0))
+    return replace(
+        settings, contact=replace(settings.contact, pixels=0.0), gloss=replace(settings.gloss, bounces=0)
+    )
 
 
 def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:
@@ -180,7 +176,9 @@ def take_picture(
     surface = gbuffer(tracer, camera, time, s.gbuffer)
     by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
     near = nearby(by, surface, s.contact)
+    shining = tracer.materials.any_specular
+    reflections = mirrored(by, surface, s.gloss) if shining else None
     shaded = shade(
-        tracer, lights, field, surface, tracer.materials.any_specular, time, s.direct, s.volume, s.query, near
+        tracer, lights, field, surface, shining, time, s.direct, s.volume, s.query, near, reflections
     )
     return accumulate(previous, surface, shaded, s.picture)

@@ -10,7 +10,7 @@ from typing_extensions import Doc
 
 from ddgi.errors import SettingsError
 from ddgi.lighting import direct
-from ddgi.passes import gbuffer, picture, tone
+from ddgi.passes import gbuffer, gloss, picture, tone
 from ddgi.probes import blend, bounce, contact, grid, query, rays, volume
 from ddgi.settings_group import settings_group
 
@@ -30,6 +30,7 @@ class RenderSettings:
     query: query.Settings = query.Settings()
     contact: contact.Settings = contact.Settings()
     direct: direct.Settings = direct.Settings()
+    gloss: gloss.Settings = gloss.Settings()
     gbuffer: gbuffer.Settings = gbuffer.Settings()
     picture: picture.Settings = picture.Settings()
     tone: tone.Settings = tone.Settings()
@@ -61,6 +62,7 @@ _published = replace(
     volume=replace(_default.volume, radiance_size=0),
     contact=contact.Settings(pixels=0.0, hits=0.0),
     rays=replace(_default.rays, from_lamps=0),
+    gloss=gloss.Settings(bounces=0),
 )
 
 _scale = replace(
@@ -122,11 +124,13 @@ _classic = replace(
     query=replace(_published.query, visibility=False, wrap="off", crush=0.0, bias="off"),
 )
 
-# For stills: light between things finer than the probes, and a third of the noise's variance.
+# For stills: light between things finer than the probes, a third of the noise's variance, and skies whose
+# light has sharp shadows; single frames show the grain of those.
 _fine = replace(
     _default,
     rays=replace(_default.rays, per_probe=384),
     contact=replace(_default.contact, pixels=1.0, every=1),
+    direct=replace(_default.direct, environment="sampled"),
 )
 
 PRESETS: dict[str, RenderSettings] = {

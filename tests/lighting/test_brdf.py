@@ -21,8 +21,8 @@ def ggx(viewer, light, **material):
     return np.array(brdf.ggx(surface, mi.Vector3f(points(light))), np.float64)[0]
 
 
-MATERIALS = [{"metallic": 1.0, "albedo": 1.0, "alpha": a} for a in (0.05, 0.2, 0.5, 1.0)] + [
-    {"metallic": 0.0, "specular": f, "albedo": 0.5, "alpha": a} for f in (0.04, 1.0) for a in (0.1, 0.6)
+MATERIALS = [{"metallic": 1.0, "base": 1.0, "alpha": a} for a in (0.05, 0.2, 0.5, 1.0)] + [
+    {"metallic": 0.0, "specular": f, "base": 0.5, "alpha": a} for f in (0.04, 1.0) for a in (0.1, 0.6)
 ]
 
 
@@ -63,7 +63,7 @@ def test_white_furnace(material):
 
 def test_flat_mirror_has_its_fresnel_reflectance():
     """A narrow lobe seen straight on returns F0 of the light: 4 % for a dielectric."""
-    material = {"metallic": 0.0, "specular": 0.04, "albedo": 0.5}
+    material = {"metallic": 0.0, "specular": 0.04, "base": 0.5}
     wide, narrow = (
         ggx(np.array([[0, 0, 1.0]]), np.array([0, 0, 1.0]), alpha=a, **material)[0] for a in (0.4, 0.2)
     )
@@ -87,7 +87,7 @@ def test_microfacets_are_mitsubas(alpha):
         1 / np.array(ggx_distribution.smith_g1(mi.Vector3f(points(v)), h), np.float64) - 1 for v in (a, b)
     )
     theirs = d / (1 + shadow_a + shadow_b) / (4 * a[:, 2] * b[:, 2])
-    ours = ggx(a, b, metallic=1.0, albedo=1.0, alpha=alpha)  # F0 = 1: no Fresnel
+    ours = ggx(a, b, metallic=1.0, base=1.0, alpha=alpha)  # F0 = 1: no Fresnel
     seen = (a[:, 2] > 0.05) & (b[:, 2] > 0.05) & (theirs > 1e-5)
     assert seen.sum() > 500
     assert np.allclose(ours[seen], theirs[seen], rtol=5e-3)
@@ -95,8 +95,8 @@ def test_microfacets_are_mitsubas(alpha):
 
 def test_black_material_reflects_nothing():
     a, b = hemisphere(100, 5), hemisphere(100, 6)
-    assert (ggx(a, b, metallic=1.0, albedo=0.0, alpha=0.2) == 0).all()
-    assert (ggx(a, b, metallic=0.0, specular=0.0, albedo=0.9, alpha=0.2) == 0).all()
+    assert (ggx(a, b, metallic=1.0, base=0.0, alpha=0.2) == 0).all()
+    assert (ggx(a, b, metallic=0.0, specular=0.0, base=0.9, alpha=0.2) == 0).all()
 
 
 def test_grazing_and_opposite_directions_stay_numbers():
@@ -107,7 +107,37 @@ def test_grazing_and_opposite_directions_stay_numbers():
 
 
 def test_lambert_leaves_metals_out():
-    surface = surface_at(np.zeros((1, 3)), (0, 0, 1), albedo=0.8)
+    surface = surface_at(np.zeros((1, 3)), (0, 0, 1), base=0.8)
     assert np.allclose(np.array(brdf.lambert(surface)), 0.8 / np.pi)
-    metal = surface_at(np.zeros((1, 3)), (0, 0, 1), albedo=0.8, metallic=1.0)
+    metal = surface_at(np.zeros((1, 3)), (0, 0, 1), base=0.8, metallic=1.0)
     assert np.allclose(np.array(brdf.lambert(metal)), 0)
+
+
+@pytest.mark.parametrize("degrees", [0, 50, 80])
+@pytest.mark.parametrize("material", MATERIALS, ids=str)
+def test_sampled_lobe_is_the_lobe(material, degrees):
+    """Under light L(l) = 1 + l_x + l_z^2 the mean of L times the weight is the integral of f cos L."""
+    n = 1 << 16
+    u = np.random.default_rng(5).random((2, n))
+    view = np.array([np.sin(np.radians(degrees)), 0, np.cos(np.radians(degrees))])
+    surface = surface_at(np.zeros((n, 3)), (0, 0, 1), viewer=view, **material)
+    direction, weight = brdf.sample_ggx(surface, mi.Point2f(u))
+    d, w = np.array(direction, np.float64), np.array(weight, np.float64)[0]
+    assert np.allclose(np.linalg.norm(d, axis=0), 1, atol=1e-4)
+    assert (w >= 0).all()
+    assert (w <= 1 + 1e-5).all()
+    light = lambda d: 1 + d[0] + d[2] ** 2  # noqa: E731
+    sampled = (w * light(d)).mean()
+    # The other way: half vectors by the distribution of facets, of which f cos is known.
+    tan2 = material["alpha"] ** 2 * u[0] / (1 - u[0])
+    cos_h, phi = 1 / np.sqrt(1 + tan2), 2 * np.pi * u[1]
+    sin_h = np.sqrt(1 - cos_h**2)
+    half = np.stack([sin_h * np.cos(phi), sin_h * np.sin(phi), cos_h])
+    v_h = view @ half
+    out = 2 * v_h * half - view[:, None]
+    up = (v_h > 0) & (out[2] > 1e-4)
+    f = ggx(np.tile(view, (up.sum(), 1)), out[:, up].T, **material)
+    a2 = material["alpha"] ** 2
+    density = a2 / np.pi / ((cos_h**2) * (a2 - 1) + 1) ** 2 * cos_h / (4 * np.maximum(v_h, 1e-9))
+    other = (f * out[2, up] / density[up] * light(out[:, up])).sum() / n
+    assert sampled == pytest.approx(other, rel=0.03, abs=2e-3)

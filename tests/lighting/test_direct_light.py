@@ -117,7 +117,7 @@ def test_many_lights_add_up():
     assert len(lights) > direct.UNROLLED_LIGHTS
     wall = {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([0, 0, 0.8]).scale(0.3)}
     position, normal = somewhere(300)
-    surface = surface_at(position, normal, viewer=normal, albedo=0.5, specular=0.04, alpha=0.3)
+    surface = surface_at(position, normal, viewer=normal, base=0.5, specular=0.04, alpha=0.3)
     together = arriving(far_floor(wall=dict(wall), **lights), surface, specular=True)
     single = [
         arriving(far_floor(wall=dict(wall), light=light), surface, specular=True) for light in lights.values()

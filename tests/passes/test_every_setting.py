@@ -67,6 +67,7 @@ MAPS = {
 PICTURE = {
     "direct.camera_samples": (2, {}),
     "contact.pixels": (0.0, {}),
+    "gloss.bounces": (0, {}),
     "gbuffer.antialias": (False, {}),
     "tone.exposure": (3.0, {}),
     "tone.curve": ("linear", {}),
@@ -110,6 +111,10 @@ def scene():
             diffuse(0.0), t().translate([0, 0.95, 0]).rotate([1, 0, 0], 90).scale(0.3),
             emitter={"type": "area", "radiance": rgb(4.0)},
         ),
+        "ball": {
+            "type": "sphere", "center": [-0.1, 0.3, -0.5], "radius": 0.25,
+            "bsdf": {"type": "conductor", "material": "none"},
+        },
         "bulb": {"type": "point", "position": [0.6, 0.4, 0.7], "intensity": rgb(0.4)},
         "sky": {"type": "constant", "radiance": rgb(0.3)},
     })  # fmt: skip

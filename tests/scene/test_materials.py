@@ -52,8 +52,9 @@ def test_twosided_is_double_sided_through_whatever_it_holds():
 
 def test_plastics():
     base, surface, scene = row({"type": "plastic", "diffuse_reflectance": rgb(0.1, 0.2, 0.3)})
-    np.testing.assert_allclose(base[:3], [0.1, 0.2, 0.3], atol=1e-6)
-    np.testing.assert_allclose(surface[:3], [0, 0.05, 0.0387], atol=2e-3)
+    # What enters and comes out again: (1 - 0.09) of it by their index of refraction, 1.49.
+    np.testing.assert_allclose(base[:3], 0.91 * np.array([0.1, 0.2, 0.3]), atol=1e-3)
+    np.testing.assert_allclose(surface[:3], [0, 0.001, 0.0387], atol=2e-3)
     assert scene.materials.any_specular
     _, surface, _ = row({"type": "roughplastic", "alpha": 0.3, "int_ior": 2.0, "ext_ior": 1.0})
     np.testing.assert_allclose(surface[:3], [0, 0.3, 1 / 9], atol=1e-5)
@@ -66,6 +67,28 @@ def test_principled():
     np.testing.assert_allclose(surface, [0.7, 0.25, 0.02, 0], atol=1e-5)
     _, surface, _ = row({**description, "eta": 1.5})
     assert surface[2] == pytest.approx(0.04, abs=1e-4)
+
+
+def test_plastics_darken_what_they_keep_inside():
+    """`nonlinear` plastic, diffuse Fresnel reflectances 0.0918 outside and 0.5963 inside (index 1.5):
+
+    x (1 - 0.0918)(1 - 0.5963) / (1 - 0.5963 x), of a colour as of a picture's texels.
+    """
+    expected = lambda x: x * (1 - 0.0918) * (1 - 0.5963) / (1 - 0.5963 * x)  # noqa: E731
+    plain = {"type": "plastic", "int_ior": 1.5, "ext_ior": 1.0, "nonlinear": True}
+    base, _, _ = row({**plain, "diffuse_reflectance": rgb(0.1, 0.5, 0.9)})
+    np.testing.assert_allclose(base[:3], expected(np.array([0.1, 0.5, 0.9])), atol=2e-3)
+    flat = {"type": "bitmap", "raw": True, "bitmap": mi.Bitmap(np.full((2, 2, 3), 0.5, np.float32))}
+    _, _, scene = row({**plain, "diffuse_reflectance": flat})
+    texels = np.array(scene.materials.textures.texels, np.float32).reshape(-1, 4)
+    np.testing.assert_allclose(texels[:, :3], expected(0.5), atol=2e-3)
+
+
+def test_a_coat_of_less_gloss():
+    _, surface, _ = row(
+        {"type": "plastic", "int_ior": 1.5, "ext_ior": 1.0, "specular_reflectance": rgb(0.5, 0.5, 0.5)}
+    )
+    assert surface[2] == pytest.approx(0.02, abs=1e-4)
 
 
 def test_conductor_is_its_hemispherical_reflectance():

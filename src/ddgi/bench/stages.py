@@ -83,7 +83,7 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
     shaded = watch(
         "light pixels", shade,
-        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query, mi.Color3f(0),
+        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query, mi.Color3f(0), None,
     )  # fmt: skip
     watch("add to picture", accumulate, steady.frame.picture, surface, shaded, s.picture)
     return watch

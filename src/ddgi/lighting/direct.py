@@ -77,6 +77,7 @@ def direct_light(
     samples: int,
     specular: bool,
     share: Share | None = None,
+    apart: mi.Bool | None = None,
 ) -> Reflected:
     """Light that reaches surfaces straight from the lights.
 
@@ -90,6 +91,7 @@ def direct_light(
         samples: Shadow rays per point to each kind of sampled light.
         specular: Evaluate the GGX lobe too.
         share: How much of every delta light counts here; None: all of it.
+        apart: (N,) points whose GGX lobe has the sampled lights from elsewhere; None: all have them from here.
     """
     out = Reflected(mi.Color3f(0), mi.Color3f(0))
     out = _add_delta_lights(out, tracer, lights, surface, specular, share)
@@ -106,7 +108,7 @@ def direct_light(
             point = low_discrepancy_2d(time, stream, lane * 2 + kind, sequence)
             light = draw(lights, surface, point, low_discrepancy(time, stream, lane * 2 + kind, sequence))
             light.power *= 1 / samples
-            out = _add(out, tracer, surface, light, specular)
+            out = _add(out, tracer, surface, light, specular, apart)
     return out
 
 
@@ -151,7 +153,9 @@ def _environment_sample(lights: Lights, surface: Surface, point: mi.Point2f, cho
     return environment_light(lights, surface.position, point, surface.lit)
 
 
-def _add(out: Reflected, tracer, surface: Surface, light: LightSample, specular: bool) -> Reflected:
+def _add(
+    out: Reflected, tracer, surface: Surface, light: LightSample, specular: bool, apart: mi.Bool | None = None
+) -> Reflected:
     """Add one light sample, if nothing stands in its way."""
     cosine = dr.dot(mi.Vector3f(surface.normal), light.direction)
     # A bumped normal may see a light that the surface itself turns away from.
@@ -164,5 +168,6 @@ def _add(out: Reflected, tracer, surface: Surface, light: LightSample, specular:
     arriving = light.power * (at_least(cosine, 0) * visible)
     lobe = out.specular
     if specular:
-        lobe = lobe + dr.select(active, brdf.ggx(surface, light.direction) * arriving, mi.Color3f(0))
+        shown = active if apart is None else active & ~apart
+        lobe = lobe + dr.select(shown, brdf.ggx(surface, light.direction) * arriving, mi.Color3f(0))
     return Reflected(out.irradiance + arriving, lobe)

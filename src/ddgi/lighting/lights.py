@@ -143,6 +143,10 @@ def pick_area_light(lights: Lights, position: mi.Point3f, u: mi.Float) -> tuple[
 
 def environment_light(lights: Lights, position, sample: mi.Point2f, active) -> LightSample:
     """A direction to the environment, picked where it is bright."""
+    if lights.environment_map is not None:
+        direction, density = environment_map.sample(lights.environment_map, sample)
+        seen = environment_radiance(lights, direction, active)
+        return LightSample(direction, mi.Float(dr.inf), seen * dr.rcp(at_least(density, 1e-30)))
     out = _sample_emitter(lights.environment, position, sample, active)
     return LightSample(out.direction, mi.Float(dr.inf), out.power * lights.environment_share)
 

@@ -10,6 +10,7 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.lighting import brdf, direct
 from ddgi.lighting.lights import Lights, environment_radiance
+from ddgi.passes.gloss import sharp
 from ddgi.probes import query, volume
 from ddgi.probes.field import IrradianceField, irradiance
 from ddgi.sampling import Clock
@@ -38,14 +39,18 @@ def shade(
     layout: volume.Settings,
     query_settings: query.Settings,
     near: mi.Color3f,
+    mirrored: mi.Color3f | None,
 ) -> Shaded:
     """Light each pixel: lights exactly or sampled, everything else from the field.
 
     near: (N,) what surfaces nearby add to the field's irradiance [W/m^2] (`passes/nearby.py`).
+    mirrored: (N,) radiance that gloss and metals reflect of other surfaces (`passes/gloss.py`); None: not
+        known, they reflect the field's light as if they were matt.
     """
     arriving = direct.direct_light(
         tracer, lights, surface, direct_settings,
         time=time, stream=sampling.PIXEL_LIGHT, samples=direct_settings.camera_samples, specular=specular,
+        apart=None if mirrored is None else sharp(surface),
     )  # fmt: skip
     ambient = irradiance(
         field,
@@ -58,11 +63,14 @@ def shade(
         surface.distance,
     )
     ambient = dr.select(surface.lit, ambient + near, mi.Color3f(0))
+    if mirrored is None:
+        indirect = surface.albedo * ambient * dr.inv_pi
+    else:
+        indirect = brdf.lambert(surface) * ambient + mirrored
     background = environment_radiance(lights, -surface.to_viewer, ~surface.valid)
     return Shaded(
         direct=dr.select(surface.lit, brdf.lambert(surface) * arriving.irradiance + arriving.specular, 0),
-        # Metals have no diffuse lobe; until reflections are traced, the field stands in for them.
-        indirect=surface.albedo * ambient * dr.inv_pi,
+        indirect=indirect,
         emission=surface.emission + background,
         irradiance=ambient,
     )

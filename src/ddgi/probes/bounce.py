@@ -73,13 +73,18 @@ class Illumination:
     sharing: Sharing | None = None  # of the lamps' light on what rays hit; None: it is all theirs
 
 
-def arriving(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:
-    """Radiance of emitters that a ray meets itself, if they are left to the field. (N,)."""
-    radiance = mi.Color3f(0)
-    if by.direct.area == "field":
-        radiance += surface.emission
-    if by.direct.environment == "field" and by.lights.environment is not None:
-        radiance += environment_radiance(by.lights, direction, ~surface.valid)
+def arriving(
+    by: Illumination, surface: Surface, direction: mi.Vector3f, whole: mi.Bool | None = None
+) -> mi.Color3f:
+    """Radiance of emitters that a ray meets itself, if they are left to the field. (N,).
+
+    whole: (N,) rays that bring the light of sampled emitters too; None: none does.
+    """
+    whole = mi.Bool(False) if whole is None else whole
+    radiance = dr.select(mi.Bool(by.direct.area == "field") | whole, surface.emission, mi.Color3f(0))
+    if by.lights.environment is not None:
+        counted = mi.Bool(by.direct.environment == "field") | whole
+        radiance += environment_radiance(by.lights, direction, ~surface.valid & counted)
     return radiance
 
 

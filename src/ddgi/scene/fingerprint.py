@@ -26,7 +26,7 @@ WORDS = re.compile(r"^\s*(\w+ = (?:[A-Za-z_]\w*|-?\d+)),?$", re.MULTILINE)
 def fingerprint(scene: Scene) -> str:
     """Fingerprint of a scene's `source`: geometry, materials and lights; not cameras, samplers, integrators.
 
-    Files count by place, size and time of change. Names do not count. Objects of Mitsuba count by their
+    Files count by what they hold, wherever they are. Names do not count. Objects of Mitsuba count by their
     class, their parameters, and the settings that their text shows; what they show in neither (a
     texture's wrap mode, a shape's flipped normals) is not seen. Meant for Mitsuba of one version.
 
@@ -72,10 +72,7 @@ class _Digest:
 
     def add_file(self, name: str) -> None:
         path = Path(str(mi.file_resolver().resolve(name)))
-        self.add(str(path))
-        if path.is_file():
-            about = path.stat()
-            self.add(repr((about.st_size, about.st_mtime_ns)))
+        self.add(path.read_bytes() if path.is_file() else str(path))
 
     @property
     def bytes(self) -> bytes:

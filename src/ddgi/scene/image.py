@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -47,6 +47,12 @@ class Image:
         """Every texel times an RGB colour."""
         values = self.texels.astype(np.float32)
         values[..., :3] = np.minimum(values[..., :3] * np.asarray(color, np.float32), HALF_MAX)
+        return replace(self, texels=values.astype(np.float16))
+
+    def mapped(self, curve: Callable[[np.ndarray], np.ndarray]) -> Image:
+        """Every channel of every texel through a function of arrays."""
+        values = self.texels.astype(np.float32)
+        values[..., :3] = np.minimum(curve(values[..., :3]), HALF_MAX)
         return replace(self, texels=values.astype(np.float16))
 
     def grey(self) -> Image:

@@ -15,10 +15,11 @@ import numpy as np
 
 from ddgi.scene import product_texture
 from ddgi.scene.image import WRAP, Image
-from ddgi.scene.materials import Row
+from ddgi.scene.materials import Row, scaled
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.shapes import Geometry
 from ddgi.scene.textures import VertexValues
+from ddgi.trace.albedo import rough_share
 
 WRAP_MODES = {code: name for name, code in WRAP.items()}
 ORIGIN = "made Lambertian"
@@ -43,16 +44,18 @@ def make_lambertian(tree: PluginTree, geometry: Geometry) -> Geometry:
         tree.drop(parent, key)
     _drop_unused(tree)
     palette = Palette()
-    names = {number: palette.bsdf(row) for number, row in geometry.rows.items()}
+    rows = {number: lambertian(row) for number, row in geometry.rows.items()}
+    names = {number: palette.bsdf(row) for number, row in rows.items()}
     nodes = tree.append(palette.plugins, ORIGIN)
     for number, owner in geometry.owners.items():
         _paint(tree, owner, nodes[names[number]])
-    return replace(geometry, rows={number: lambertian(row) for number, row in geometry.rows.items()})
+    return replace(geometry, rows=rows)
 
 
 def lambertian(row: Row) -> Row:
-    """The row without highlight; its base colour reflects as that of a matt surface."""
-    return replace(row, metallic=0.0, alpha=1.0, specular=0.0)
+    """The row without highlight; what a metal reflects in all directions together, a matt surface does."""
+    kept = 1 + (rough_share(row.alpha) - 1) * row.metallic
+    return replace(row, base=scaled(row.base, kept), metallic=0.0, alpha=1.0, specular=0.0)
 
 
 class Palette:

@@ -19,11 +19,13 @@ from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.reflectance import hemispherical_reflectance
 from ddgi.scene.textures import TextureReader, Value, VertexValues
+from ddgi.scene.under_coat import under_coat
+from ddgi.trace.albedo import facing
 from ddgi.trace.materials import NO_TEXTURE, Materials
 from ddgi.trace.vertex_colors import NO_COLORS, VertexColors
 
-SMOOTH_ALPHA = 0.05
-"""GGX alpha of perfectly smooth materials: small, yet a lamp's highlight still covers pixels."""
+SMOOTH_ALPHA = 0.001
+"""GGX alpha of perfectly smooth materials."""
 BLACK = np.zeros(3)
 
 
@@ -136,11 +138,15 @@ class MaterialReader:
 
     def _plastic(self, bsdf: mi.BSDF) -> Row:
         rough = bsdf.class_name() == "RoughPlastic"
-        alpha = self._number(bsdf, "alpha", 0.1) if rough else SMOOTH_ALPHA
+        alpha = self._number(bsdf, "alpha", 0.1) if rough else 0.0
+        eta = self._number(bsdf, "eta", 1.49)
+        coat = self._number(bsdf, "specular_reflectance", 1.0)
+        matt = under_coat(bsdf, eta, alpha)
+        color = self._color(bsdf, "diffuse_reflectance")
         return Row(
-            self._color(bsdf, "diffuse_reflectance"),
-            alpha=_alpha(alpha),
-            specular=_normal_reflectance(self._number(bsdf, "eta", 1.49)),
+            color.mapped(matt) if isinstance(color, Image) else matt(color),
+            alpha=_alpha(alpha) if rough else SMOOTH_ALPHA,
+            specular=_normal_reflectance(eta) * min(coat, 1.0),
         )
 
     def _principled(self, bsdf: mi.BSDF) -> Row:
@@ -149,7 +155,7 @@ class MaterialReader:
         metallic = min(max(self._number(bsdf, "metallic"), 0.0), 1.0)
         through = min(max(self._number(bsdf, "spec_trans"), 0.0), 1.0)
         return Row(
-            _tinted(self._color(bsdf, "base_color"), 1 - through),
+            scaled(self._color(bsdf, "base_color"), 1 - through),
             metallic=metallic,
             alpha=_alpha(self._number(bsdf, "roughness", 0.5) ** 2),
             specular=min(specular, 1.0),
@@ -163,7 +169,7 @@ class MaterialReader:
         if backwards < 1:
             self._notes.add("principledthin: light let through diffusely is lost")
         return Row(
-            _tinted(self._color(bsdf, "base_color"), (1 - through) * backwards),
+            scaled(self._color(bsdf, "base_color"), (1 - through) * backwards),
             alpha=_alpha(self._number(bsdf, "roughness", 0.5) ** 2),
             specular=_normal_reflectance(self._number(bsdf, "eta", 1.5)),
             opacity=0.0 if through == 1 else 1.0,
@@ -176,20 +182,17 @@ class MaterialReader:
         else:
             rough = bsdf.class_name() == "RoughConductor"
             alpha = self._number(bsdf, "alpha", 0.1) if rough else SMOOTH_ALPHA
-        return Row(self._metal(bsdf), metallic=1.0, alpha=_alpha(alpha))
+        return Row(self._metal(bsdf, _alpha(alpha)), metallic=1.0, alpha=_alpha(alpha))
 
-    def _metal(self, bsdf: mi.BSDF) -> Value:
-        """Reflectance; a texture that scales it stays a texture."""
+    def _metal(self, bsdf: mi.BSDF, alpha: float) -> Value:
+        """Reflectance at normal incidence; a texture that scales it stays a texture."""
         texture = parts(bsdf).get("specular_reflectance")
-        if texture is None:
-            return hemispherical_reflectance(bsdf)
-        value = self._textures.read(texture, self._shape)
-        if not isinstance(value, Image):
-            return hemispherical_reflectance(bsdf)
-        # Measure where the texture is brightest and divide it out: what is left is the metal.
-        uv, there = _brightest(texture)
-        metal = hemispherical_reflectance(bsdf, uv) / np.maximum(there, 1e-6)
-        return value.tinted(np.minimum(metal, 1.0))
+        scale: Value = np.ones(3) if texture is None else self._textures.read(texture, self._shape)
+        # What scales the metal is divided out where it is brightest: what is left is the metal itself.
+        uv, there = _brightest(texture) if isinstance(scale, Image) else (None, scale)
+        whole = hemispherical_reflectance(bsdf, uv) / np.maximum(there, 1e-6)
+        metal = np.clip(facing(np.minimum(whole, 1.0), alpha), 0, 1)
+        return scale.tinted(metal) if isinstance(scale, Image) else scale * metal
 
     def _mask(self, bsdf: mi.BSDF) -> Row:
         row = self._read(parts(bsdf)["nested_bsdf"])
@@ -326,7 +329,8 @@ def _plain_mean(value: Value) -> np.ndarray:
     return value.mean if isinstance(value, Image) else value
 
 
-def _tinted(value: Value, share: float) -> Value:
+def scaled(value: Value, share: float) -> Value:
+    """A colour or picture times a number."""
     if share == 1:
         return value  # the same image object, so that it is packed once
     return value.tinted([share] * 3) if isinstance(value, Image) else value * share

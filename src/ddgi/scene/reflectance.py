@@ -10,12 +10,15 @@ SAMPLES = 1 << 15
 """Of a rough conductor the standard error is then below 0.1 %."""
 
 
-def hemispherical_reflectance(bsdf: mi.BSDF, uv: tuple[float, float] | None = None) -> np.ndarray:
+def hemispherical_reflectance(
+    bsdf: mi.BSDF, uv: tuple[float, float] | None = None, component: int | None = None
+) -> np.ndarray:
     """Measure a BSDF under even light from its front.
 
     Args:
         bsdf: Any BSDF.
         uv: Texture coordinates to measure at; None averages over [0, 1]^2.
+        component: Which of the parts it is made of; None measures all together.
 
     Returns:
         (3,) RGB in [0, 1]. Light sent through the surface does not count.
@@ -27,7 +30,10 @@ def hemispherical_reflectance(bsdf: mi.BSDF, uv: tuple[float, float] | None = No
     si.sh_frame = mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Normal3f(0, 0, 1))
     si.wi = mi.warp.square_to_cosine_hemisphere(_pair(random))
     si.uv = _pair(random) if uv is None else mi.Point2f(*uv)
-    sample, weight = bsdf.sample(mi.BSDFContext(), si, random.next_float32(), _pair(random))
+    context = mi.BSDFContext()
+    if component is not None:
+        context.component = component
+    sample, weight = bsdf.sample(context, si, random.next_float32(), _pair(random))
     share = dr.select((sample.wo.z > 0) & dr.all(dr.isfinite(weight)), weight, 0)
     return np.clip(np.array(dr.mean(share, axis=1), np.float64).ravel(), 0, 1)
 

@@ -80,7 +80,7 @@ class MeshTracer:
             normal=dr.select(valid, mi.Normal3f(shading * flip), up),
             geometric_normal=dr.select(valid, mi.Normal3f(outward * flip), up),
             to_viewer=-direction,
-            albedo=dr.select(back, mi.Color3f(0), material.base),
+            base=material.base,
             metallic=material.metallic,
             alpha=material.alpha,
             specular=material.specular,

@@ -8,6 +8,7 @@ import drjit as dr
 import mitsuba as mi
 
 from ddgi.extrema import largest
+from ddgi.trace.albedo import albedo
 
 SHARE_OF_EXTENT = 1 / 200
 """Measured: hits on triangles as large as the scene are 3e-8 of its extent off, and no ray met its own
@@ -28,7 +29,7 @@ class Surface:
     normal: mi.Normal3f  # (N,) shading normal, unit, on the side the ray came from
     geometric_normal: mi.Normal3f  # (N,) unit, likewise
     to_viewer: mi.Vector3f  # (N,) unit, back along the ray
-    albedo: mi.Color3f  # (N,) in [0, 1]: reflectance of the surface taken as Lambertian
+    base: mi.Color3f  # (N,) base colour in [0, 1]: of the matt part, or of a metal at normal incidence
     metallic: mi.Float  # (N,) in [0, 1]
     alpha: mi.Float  # (N,) GGX roughness in (0, 1]
     specular: mi.Float  # (N,) reflectance at normal incidence of the non-metal part
@@ -38,6 +39,12 @@ class Surface:
     def lit(self) -> mi.Bool:
         """Lanes that can reflect light: valid hits on a front."""
         return self.valid & ~self.back
+
+    @property
+    def albedo(self) -> mi.Color3f:
+        """Reflectance of the surface taken as Lambertian, in [0, 1]: gloss included. (N,)."""
+        whole = albedo(self.base, self.metallic, self.alpha, self.specular)
+        return dr.select(self.back, mi.Color3f(0), whole)
 
 
 def offset_origin(surface: Surface, direction: mi.Vector3f) -> mi.Point3f:

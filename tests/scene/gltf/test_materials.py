@@ -43,7 +43,7 @@ def seen(scene, points, from_behind=False):
     surface = scene.tracer.intersect(
         origin, mi.Vector3f(0, 0, -side), mi.Bool(True), time=clock(0, 0), stream=0
     )
-    return np.array(surface.albedo).T.reshape(-1, 3)
+    return np.where(surface.lit, surface.base, 0).T.reshape(-1, 3)
 
 
 def mitsuba_hit(scene, x, y):

@@ -1,0 +1,88 @@
+"""What glossy surfaces and metals reflect of other surfaces and of the sky: a traced path a pixel."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import drjit as dr
+import mitsuba as mi
+from annotated_types import Interval
+from typing_extensions import Doc
+
+from ddgi import sampling
+from ddgi.lighting import brdf
+from ddgi.lighting.direct import direct_light
+from ddgi.probes.bounce import Illumination, arriving, from_field, reflected
+from ddgi.sampling import kronecker_2d
+from ddgi.settings_group import settings_group
+from ddgi.trace.surface import Surface, offset_origin
+
+SHARPEST = 0.15
+"""GGX alpha below which rays of the lobe bring the light of lamps with a size too."""
+METAL = 0.5
+"""How metallic a surface is that a path goes on from; others end it, as if they were matt."""
+
+
+@settings_group("gloss")
+class Settings:
+    """How pixels see reflections of what is not a lamp."""
+
+    bounces: Annotated[
+        int,
+        Interval(ge=0, le=8),
+        Doc(
+            "reflections in a row that are traced, one path a pixel and frame, where frames add up: single ones would show its grain; 0: none, gloss and metals reflect the field's light as if they were matt"
+        ),
+    ] = 2
+
+
+def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | None:
+    """Radiance that the GGX lobe sends to the viewer: a sample of it.
+
+    Of lamps that are sampled, it has what is not `sharp` enough for rays from nothing.
+
+    Args:
+        by: What lights what is found.
+        surface: (W H,) what pixels see.
+        s: How far paths go.
+
+    Returns:
+        (W H,) [W/(m^2 sr)]; None where nothing is to be traced.
+    """
+    if s.bounces == 0:
+        return None
+    width = dr.width(surface.distance)
+    lane = dr.arange(mi.UInt32, width) * s.bounces
+    shining = surface.lit & ((surface.metallic > 0) | (surface.specular > 0))
+    radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
+    for bounce in range(s.bounces):
+        # Not of the sequence that lamps are sampled with, as in `probes/contact.py`.
+        sample = kronecker_2d(by.time, sampling.PIXEL_GLOSS, lane + bounce, by.time.tick)
+        direction, share = brdf.sample_ggx(surface, sample)
+        outside = shining & (dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0)
+        origin = offset_origin(surface, direction)
+        seen = by.tracer.intersect(
+            origin, direction, outside, time=by.time, stream=sampling.PIXEL_GLOSS_ALPHA
+        )
+        throughput = dr.select(outside, throughput * share, mi.Color3f(0))
+        onward = seen.lit & (seen.metallic > METAL) & (bounce + 1 < s.bounces)
+        met = arriving(by, seen, direction, whole=sharp(surface)) + _sent_back(by, seen, onward)
+        radiance += dr.select(outside, throughput * met, mi.Color3f(0))
+        surface, shining = seen, onward
+    return radiance
+
+
+def sharp(surface: Surface) -> mi.Bool:
+    """Where a ray of the lobe finds lamps more surely than a sample of a lamp meets the lobe. (W H,)."""
+    return surface.alpha < SHARPEST
+
+
+def _sent_back(by: Illumination, surface: Surface, onward: mi.Bool) -> mi.Color3f:
+    """Radiance of what paths meet: of metals that they go on from, the lamps' highlight alone. (W H,)."""
+    lamps = direct_light(
+        by.tracer, by.lights, surface, by.direct,
+        time=by.time, stream=sampling.PIXEL_GLOSS, samples=by.direct.probe_samples, specular=True,
+        apart=sharp(surface),
+    )  # fmt: skip
+    matt = reflected(surface, lamps.irradiance + from_field(by, surface))
+    return dr.select(onward, lamps.specular, matt)
