@@ -441,6 +441,13 @@ def shown(monkeypatch, terminal: bool) -> str:
     return "".join(text)
 
 
+def test_a_log_has_a_line_now_and_then(monkeypatch):
+    monkeypatch.setattr("ddgi.cli.progress.REPEAT", 0.05)
+    text = shown(monkeypatch, terminal=False)
+    assert "ddgi: working ...\nddgi: working: 1/4, " in text
+    assert "resting:" not in text, "nothing is known of how far that is"
+
+
 def test_progress_on_a_terminal_redraws_and_vanishes(monkeypatch):
     text = shown(monkeypatch, terminal=True)
     assert "working [######                  ] 1/4" in text

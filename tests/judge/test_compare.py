@@ -14,7 +14,7 @@ from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.lettering import text_width, wrapped
 from ddgi.judge.path_tracer import Samples
 from ddgi.judge.rival import sample_ms, samples_in
-from ddgi.judge.table import front, table
+from ddgi.judge.table import DOUBTED, front, reference_lines, table
 from ddgi.judge.trial import Trial, run
 from ddgi.scene.camera import look_at
 
@@ -112,6 +112,33 @@ def test_table_names_every_configuration_and_the_front(found):
     assert f"rel. MSE + {found.reference.rel_mse_noise:.4f}" in text
 
 
+def test_figures_that_the_reference_cannot_carry_are_marked(found):
+    noisy = replace(found, reference=replace(found.reference, noise=10.0))
+    marked = table(noisy)
+    assert f"{found.judged[0].difference.flip_mean:.4f}{DOUBTED}" in marked
+    assert "own noise may be more than half" in marked
+    exact = table(replace(found, reference=replace(found.reference, noise=0.0)))
+    assert DOUBTED not in exact
+
+
+def test_where_a_reference_comes_from_is_said(found):
+    def said(**change):
+        return "\n".join(reference_lines(replace(found, reference=replace(found.reference, **change))))
+
+    assert "(new)" in said(spp=64, fresh=64)
+    assert "(kept from before)" in said(spp=64, fresh=0)
+    assert "(48 of them new)" in said(spp=64, fresh=48)
+
+
+def test_differences_within_the_noise_of_timing_decide_nothing(found):
+    one = found.judged[0]
+    slower = replace(one, outcome=replace(one.outcome, frame_ms=1.05 * one.outcome.frame_ms))
+    worse = replace(one, difference=replace(one.difference, flip_mean=1.01 * one.difference.flip_mean))
+    assert front([one, slower, worse]) == {0, 1, 2}
+    both = replace(one, difference=replace(one.difference, flip_mean=1.1 * one.difference.flip_mean))
+    assert front([one, both]) == {0}
+
+
 def test_the_front_holds_what_nothing_beats(found):
     one, two, three = found.judged
     cheap = replace(two, outcome=replace(two.outcome, frame_ms=one.outcome.frame_ms / 2))
@@ -126,22 +153,25 @@ def test_the_front_holds_what_nothing_beats(found):
 def test_sheet_shows_every_configuration(found):
     page = sheet.sheet(found)
     rows, columns = 4, 5
+    times = -(-sheet.NARROWEST // 40)  # tiny pictures are shown larger
     assert page.dtype == np.uint8
-    pictures = rows * (40 + sheet.CAPTION + sheet.GAP) + sheet.GAP
+    pictures = rows * (40 * times + sheet.CAPTION + sheet.GAP) + sheet.GAP
     assert page.shape[0] >= pictures + 3 * sheet.CAPTION, "three lines at the foot"
     assert (page[pictures:] != sheet.BACKGROUND).any(-1).mean() > 0.01, "with something in them"
-    assert page.shape[1] > columns * (40 + sheet.GAP) + sheet.GAP, "captions are wider than the pictures"
+    assert page.shape[1] >= columns * (40 * times + sheet.GAP) + sheet.GAP
 
 
 def test_captions_keep_apart_on_tiny_pictures():
     def row(*captions):
         return [sheet.Tile(caption, np.full((9, 16, 3), 99, np.uint8)) for caption in captions]
 
-    page = sheet.laid_out([row("a caption wider than its picture", "b"), row("c")], ["foot"])
+    page = sheet.laid_out(
+        [row("a caption that is a good deal wider than its picture", "b"), row("c")], ["foot"]
+    )
     line = page[sheet.GAP : sheet.GAP + sheet.CAPTION]
     written = np.flatnonzero((line != sheet.BACKGROUND).any((0, 2)))
     picture = np.flatnonzero((page[sheet.GAP + sheet.CAPTION] == 99).all(-1))
-    second = picture[16]
+    second = picture[16 * -(-sheet.NARROWEST // 16)]
     assert written[-1] >= second, "the second caption stands over its own picture"
     assert written[written < second][-1] < second - sheet.GAP, "and the first has ended by then"
 

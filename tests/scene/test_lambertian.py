@@ -334,11 +334,3 @@ def test_real_scenes(name):
 def test_other_modes_are_refused(value):
     with pytest.raises(SceneError, match="materials must be full or diffuse"):
         load("cornell", value)
-
-
-@pytest.mark.parametrize("bsdf", ["conductor", "principled", "blend"])
-def test_a_metal_is_noted_unless_it_is_made_lambertian(bsdf):
-    description = {"type": "scene", "ball": {"type": "sphere", "bsdf": BSDFS[bsdf]}}
-    for materials, noted in (("full", True), ("diffuse", False)):
-        notes = load(description, materials).notes
-        assert any("a metal" in note for note in notes) == noted, materials

@@ -19,6 +19,11 @@ ROWS = {
     "cold_start_s": "cold start [s]",
     "warm_start_s": "warm start [s]",
 }
+TERMS = (
+    "update: the field moved on by one frame; camera: the picture; limit: the update's rays and shadow rays, nothing else",
+    "outside kernels: Python and Dr.Jit between launches; recordings: how often the stages were compiled over all frames",
+    "cold, warm start: a new process up to its first picture, without and with kernels kept from before",
+)
 
 
 def table(scenes: Mapping[str, Mapping[str, Any]]) -> str:
@@ -26,7 +31,7 @@ def table(scenes: Mapping[str, Mapping[str, Any]]) -> str:
     lines = [_row("", list(scenes)), _row("probes", [_work(f) for f in scenes.values()])]
     lines += [_row(title, [_number(f.get(name)) for f in scenes.values()]) for name, title in ROWS.items()]
     lines += ["", "stages one by one: ms (launches); a frame fuses some, so it takes less than their sum"]
-    lines += list(_stage_rows(scenes))
+    lines += [*_stage_rows(scenes), "", *TERMS]
     return "\n".join(lines)
 
 

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     type=Finite(min=0),
     default=120.0,
     show_default=True,
-    help="Most time for refining the reference.",
+    help="Most time for refining the reference; rendering and rivals take theirs on top.",
 )
 @click.option(
     "--rivals/--no-rivals", default=True, show_default=True, help="Path trace and denoise in equal time."

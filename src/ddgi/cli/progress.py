@@ -1,6 +1,7 @@
 """Progress on stderr, for anything that takes over two seconds.
 
-On a terminal a bar that redraws itself and vanishes; elsewhere a line for each phase, so that logs stay short.
+On a terminal a bar that redraws itself and vanishes; elsewhere a line for each phase and one now and then, so
+that logs stay short.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ PATIENCE = 2.0
 """Seconds before anything is shown."""
 REDRAW = 0.2
 """Seconds between two drawings of the bar."""
+REPEAT = 20.0
+"""Seconds between two lines of a phase in a log."""
 BAR = 24
 """Width of the bar [characters]."""
 FIRST = "compiling"
@@ -57,15 +60,20 @@ class Progress:
             self._write("\r\x1b[K")
 
     def _draw_on(self) -> None:
-        wait, logged = PATIENCE, ""
+        wait, logged, since = PATIENCE, "", 0.0
         while not self._over.wait(wait):
             wait = REDRAW
             self._drawn = True
             if self._terminal:
                 self._write(f"\r\x1b[K{self._line()}")
             elif self._text != logged:
-                logged = self._text
+                logged, since = self._text, monotonic()
                 self._write(f"ddgi: {logged} ...\n")
+            elif self._done and monotonic() - since > REPEAT:
+                since = monotonic()
+                self._write(
+                    f"ddgi: {logged}: {self._done}/{self._total}, {since - self._started:.0f} s ...\n"
+                )
 
     def _line(self) -> str:
         elapsed = f"{monotonic() - self._started:.0f} s"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -162,7 +163,7 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
     elif not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
-            f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed: give it more time, or a smaller picture"
+            f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed, which takes {_times(truth, target)} the samples or more: give it more time, or a smaller picture"
         )
     lines += [*_all_warm_up(judged), *_still_dark(judged)]
     for j in judged:
@@ -171,6 +172,11 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
                 f"{j.outcome.trial.name}: {j.outcome.non_finite} values were not numbers; taken as black"
             )
     return lines
+
+
+def _times(truth: Reference, target: float) -> str:
+    """How many times the samples halve the noise often enough: it falls with their square root at best."""
+    return f"{max(2, math.ceil((2 * truth.noise / target) ** 2)):,} times"
 
 
 def _still_dark(judged: Sequence[Judged]) -> list[str]:

@@ -36,6 +36,8 @@ PILOT_BLOCK = 8
 MOST_SAMPLES = 2**24
 PILOT_PIXELS = 2**13
 """Most pixels of the pilot: as many as tell noise, few enough to cost little."""
+KEPT = ("halves", "direct", "spp", "noise", "start")
+"""What is stored of a reference."""
 
 
 Start = Literal["camera", "lamps"]
@@ -50,6 +52,7 @@ class Reference:
     spp: int  # samples per pixel in both halves together
     noise: float  # mean FLIP between the halves
     start: Start  # where its paths start
+    fresh: int = 0  # of its samples, those made just now and not kept from before
 
     @property
     def picture(self) -> np.ndarray:
@@ -116,12 +119,16 @@ def make_reference(
             wanted = min(before, MOST_SAMPLES - 2 * before, pace.affordable())
         if wanted < 1:
             break
-        watch.phase(f"path tracing the reference, {2 * before} samples a pixel so far")
+        if known is not None:
+            watch.phase(
+                f"path tracing the reference: {2 * before:,} samples a pixel so far, FLIP {known.noise:.3f} between its "
+                f"halves, {target / 2:g} needed"
+            )
         with pace.sampling(wanted):
             fresh = make(wanted, before)
         with pace.judging():
             known = _refined(known, *fresh, start, wanted)
-            store(key, {name: getattr(known, name) for name in known.__dataclass_fields__})
+            store(key, {name: getattr(known, name) for name in KEPT})
     assert known is not None  # the first samples are always taken
     return known
 
@@ -197,7 +204,8 @@ def _refined(
             for old, new in ((known.halves, halves), (known.direct, direct))
         )
     noise = flip_map(halves[0], halves[1], flip_exposures(halves.mean(0))).mean()
-    return Reference(halves, direct, 2 * (before + spp), float(noise), start)
+    fresh = 2 * spp + (0 if known is None else known.fresh)
+    return Reference(halves, direct, 2 * (before + spp), float(noise), start, fresh)
 
 
 def _seed(part: int, before: int) -> int:

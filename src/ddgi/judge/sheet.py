@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate, zip_longest
 
 import numpy as np
@@ -20,6 +20,8 @@ from ddgi.plural import counted
 CAPTION = 22
 """Height of the line of text above a picture [pixels]."""
 GAP = 4
+NARROWEST = 300
+"""Pictures that are narrower are shown a whole number of times larger [pixels]."""
 BACKGROUND, INK = 24, 230
 LEGEND = (
     "FLIP error: from black, 0, through purple, red and orange to yellow, 1. "
@@ -93,6 +95,10 @@ def _display(radiance: np.ndarray, shown: tone.Settings) -> np.ndarray:
 
 def laid_out(rows: list[list[Tile]], foot: Sequence[str]) -> np.ndarray:
     """Tiles in a grid, captions above, columns as wide as their widest caption; lines of text at the foot."""
+    times = -(-NARROWEST // rows[0][0].pixels.shape[1])
+    rows = [
+        [replace(tile, pixels=tile.pixels.repeat(times, 0).repeat(times, 1)) for tile in row] for row in rows
+    ]
     height, width, _ = rows[0][0].pixels.shape
     columns = [_column_width(column, width) for column in zip_longest(*rows)]
     lefts = list(accumulate((wide + GAP for wide in columns), initial=GAP))

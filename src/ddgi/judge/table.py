@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ddgi.judge.compare import Comparison, Judged
+from ddgi.judge.reference import Reference
 from ddgi.plural import counted
 
+DOUBTED = "?"
+"""Behind a FLIP that is less than twice the reference's noise."""
+SAME_FLIP, SAME_TIME = 0.02, 0.1
+"""Shares by which configurations must differ to differ: single timings, and one seed."""
 COLUMNS = ("FLIP", "p99", "one frame", "luminance", "rel. MSE", "MFF mean", "MFF max", "ms/frame", "MB")
 
 
@@ -14,13 +19,17 @@ def table(found: Comparison) -> str:
     """A row for each configuration; those that no other beats in error, time and memory carry a star."""
     width = max(len(j.outcome.trial.name) for j in found.judged) + 2
     best = front(found.judged) if len(found.judged) > 1 else set()
+    noise = found.reference.noise
     lines = [" " * width + "".join(f"{title:>11}" for title in COLUMNS)]
     for number, j in enumerate(found.judged):
         name = j.outcome.trial.name + ("*" if number in best else "")
-        lines.append(f"{name:<{width}}" + "".join(f"{cell:>11}" for cell in _cells(j)))
+        lines.append(f"{name:<{width}}" + "".join(f"{cell:>11}" for cell in _cells(j, noise)))
+    if any(DOUBTED in line for line in lines):
+        lines.append(f"{DOUBTED} the reference's own noise may be more than half of it")
     if best:
         lines.append(
-            "* no other configuration is at least as good in error, time and memory, and better in one"
+            "* no other configuration is at least as good in error, time and memory, and better in one "
+            f"(FLIP closer than {100 * SAME_FLIP:.0f} % and times closer than {100 * SAME_TIME:.0f} % count as the same)"
         )
     lines += ["", *reference_lines(found)]
     for name, r in found.rivals.items():
@@ -41,22 +50,34 @@ def reference_lines(found: Comparison) -> list[str]:
         ]
     verdict = "good enough" if found.valid else "NOT good enough"
     return [
-        f"reference: {counted(truth.spp, 'path')} a pixel from the {truth.start}, FLIP {truth.noise:.4f} between its halves: "
+        f"reference: {counted(truth.spp, 'path')} a pixel from the {truth.start} ({_kept(truth)}), FLIP {truth.noise:.4f} between its halves: "
         f"{verdict} for a target of {found.target:g}",
         f"its noise: luminance +- {100 * truth.luminance_noise:.2g} %, rel. MSE + {truth.rel_mse_noise:.4f}",
     ]  # fmt: skip
 
 
+def _kept(truth: Reference) -> str:
+    if truth.fresh in (0, truth.spp):
+        return "new" if truth.fresh else "kept from before"
+    return f"{truth.fresh:,} of them new"
+
+
 def front(judged: Sequence[Judged]) -> set[int]:
     """Numbers of the configurations on the front of cost against error."""
     costs = [(j.difference.flip_mean, j.outcome.frame_ms, j.outcome.figures()["field_mb"]) for j in judged]
-    beaten = lambda a, b: a != b and all(y <= x for x, y in zip(a, b, strict=True))  # noqa: E731
+    same = (SAME_FLIP, SAME_TIME, 0.0)
+
+    def beaten(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+        pairs = list(zip(a, b, same, strict=True))
+        return all(y <= x * (1 + s) for x, y, s in pairs) and any(y < x * (1 - s) for x, y, s in pairs)
+
     return {i for i, a in enumerate(costs) if not any(beaten(a, b) for b in costs)}
 
 
-def _cells(j: Judged) -> list[str]:
+def _cells(j: Judged, noise: float) -> list[str]:
     d, cost = j.difference, j.outcome.figures()
+    flip = lambda x: f"{x:.4f}" + (DOUBTED if x < 2 * noise else "")  # noqa: E731
     return [
-        f"{d.flip_mean:.4f}", f"{d.flip_p99:.3f}", f"{j.single.flip_mean:.4f}", f"{100 * d.luminance_error:+.1f} %",
+        flip(d.flip_mean), f"{d.flip_p99:.3f}", flip(j.single.flip_mean), f"{100 * d.luminance_error:+.1f} %",
         f"{d.rel_mse:.4f}", f"{d.mff_mean:.4f}", f"{d.mff_max:.3f}", f"{cost['frame_ms']:.1f}", f"{cost['field_mb']:.1f}",
     ]  # fmt: skip

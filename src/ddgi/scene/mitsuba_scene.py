@@ -92,7 +92,6 @@ def import_scene(
     if diffuse:
         geometry = make_lambertian(tree, geometry)
         notes.add("every surface taken as diffuse, in the path-traced picture as well")
-    _note_metals(geometry, notes)
     if not (geometry.area_lights or emitters.delta or emitters.environment):
         notes.add(NO_LIGHT)
         for index in tree.graft(default_daylight().description(up), "added for want of light"):
@@ -172,13 +171,6 @@ def _add_ceiling(
     for index in tree.graft({CEILING: slab}, "added by the caller"):
         shapes.add(index, CEILING)
     notes.add(f"a ceiling added at a height of {height:.4g}")
-
-
-def _note_metals(geometry: Geometry, notes: Notes) -> None:
-    """A remark for each metal; surfaces that were made Lambertian are none."""
-    for row in {id(row): row for row in geometry.rows.values()}.values():  # several shapes may share one
-        if row.metallic > 0:
-            notes.add("a metal: what it mirrors of other surfaces is shown as if it were matt")
 
 
 def _check_bounds(scene: mi.Scene, origin: np.ndarray, name: str) -> None:
