@@ -1,24 +1,28 @@
 """Take the error of the default apart: what remains as one part after another is made ideal.
 
-    python benchmarks/error_parts.py         # into docs/results/parts.json
+    python benchmarks/error_parts.py                            # all views, into docs/results/parts.json
+    python benchmarks/error_parts.py statue-box ceiling-hole    # some
 
 Each row keeps the ideal parts of the rows above it:
 
-- noise: 1,024 rays and 128 light paths a probe;
+- noise: 512 rays and 64 light paths a probe;
 - near: light from what is near in every pixel and hit, not in one of four;
-- angles: 32 x 32 irradiance and 64 x 64 distance texels;
-- feedback: full paths of 12 surfaces per probe ray, in place of last frame's field;
+- angles: 24 x 24 irradiance and 32 x 32 distance texels;
 - visibility: a ray from every probe to every pixel's point, in place of the Chebyshev bound;
-- space: eight times the probes, of 512 rays.
+- space: four times the probes, of 256 rays;
+- feedback, held against `angles`: full paths of 8 surfaces per probe ray, in place of last frame's field.
 
-Encoding is judged against the row before: the maps' formats and γ, made worse one by one. Takes minutes on a GPU, hours on a CPU.
+Encoding is judged against `default`: the maps' formats and γ, made worse one by one. Takes minutes on a GPU, ten
+a view on two cores.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 
@@ -31,11 +35,11 @@ VIEWS = tuple(
     View(name, materials="diffuse")
     for name in ("cornell-point", "statue-box", "color-boxes", "ceiling-hole", "dragon-box")
 )
-FRAMES = 64
-NOISE = "rays.per_probe=1024; rays.from_lamps=128"
+FRAMES = 48
+NOISE = "rays.per_probe=512; rays.from_lamps=64"
 NEAR = f"{NOISE}; contact.every=1"
-ANGLES = f"{NEAR}; volume.irradiance_size=32; volume.distance_size=64"
-PATHS = f"{ANGLES}; gather.bounces=path; gather.path_length=12"
+ANGLES = f"{NEAR}; volume.irradiance_size=24; volume.distance_size=32"
+PATHS = f"{ANGLES}; gather.bounces=path; gather.path_length=8"
 STEPS = {
     "default": "",
     "noise": NOISE,
@@ -79,30 +83,33 @@ def traced_visibility() -> Iterator[None]:
         frame.expose = recorded
 
 
-def main() -> None:
-    """Measure all views."""
+def apart(view: View) -> dict[str, Any]:
+    """One view's rows."""
+    steps = judged([view], trials(*(f"{name}: {sets}" for name, sets in STEPS.items())), frames=FRAMES)[0]
+    done = steps["configurations"]
+    with traced_visibility():
+        finer = f"{ANGLES}; rays.per_probe=256; grid.budget=8192"
+        exact = judged([view], trials(f"visibility: {ANGLES}", f"space: {finer}"), frames=FRAMES)[0]
+    encoded = judged([view], trials(*(f"{n}: {s}" for n, s in ENCODINGS.items())), frames=FRAMES)[0]
+    chain = {name: done[name] for name in STEPS if name != "feedback"}
+    return {
+        "name": view.name,
+        "reference_flip": steps["reference_flip"],
+        "parts": chain | exact["configurations"] | {"feedback": done["feedback"]},
+        "encodings": encoded["configurations"],
+    }
+
+
+def main(names: Sequence[str]) -> None:
+    """Measure views, all without a name."""
     rows = []
     for view in VIEWS:
-        steps = judged([view], trials(*(f"{name}: {sets}" for name, sets in STEPS.items())), frames=FRAMES)[0]
-        parts = {name: steps["configurations"][name] for name in STEPS}
-        with traced_visibility():
-            exact = judged(
-                [view],
-                trials(f"visibility: {PATHS}", f"space: {PATHS}; rays.per_probe=512; grid.budget=16384"),
-                frames=FRAMES,
-            )[0]["configurations"]
-        encoded = judged([view], trials(*(f"{n}: {s}" for n, s in ENCODINGS.items())), frames=FRAMES)[0]
-        rows.append(
-            {
-                "name": view.name,
-                "reference_flip": steps["reference_flip"],
-                "parts": parts | exact,
-                "encodings": encoded["configurations"],
-            }
-        )
-    found = {"machine": machine(), "rows": rows}
-    (RESULTS / "parts.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
+        if names and view.name not in names:
+            continue
+        rows.append(apart(view))
+        found = {"machine": machine(), "rows": rows}  # after each: the next may take long
+        (RESULTS / "parts.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
