@@ -28,7 +28,7 @@ BSDF_KEY = "_lambertian"
 
 
 def make_lambertian(tree: PluginTree, geometry: Geometry) -> Geometry:
-    """Give every surface a Lambertian material with the albedo that the field uses.
+    """Give every surface a Lambertian material with its albedo, gloss left out.
 
     Emission, opacity and sidedness stay. In the tree, each shape gets a new BSDF, and shapes that rays
     do not meet (glass) go. Shapes that came as objects are changed themselves: they cannot be copied.

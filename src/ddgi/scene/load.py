@@ -62,8 +62,8 @@ def load_scene(
         lights: Point, spot and directional lights to add, each a dictionary as for `mi.load_dict`.
         ceiling: A white slab to add over the walls: the height of its lower face along `up` [m], or
             "auto" for the top of the walls.
-        materials: "full", or "diffuse" for a comparison: every surface is Lambertian with the albedo
-            that the field uses, and glass is gone, here and in the scene's `source`. Shapes handed
+        materials: "full", or "diffuse" for a comparison: every surface is Lambertian with its albedo,
+            gloss left out, and glass is gone, here and in the scene's `source`. Shapes handed
             over as Mitsuba objects keep their Lambertian BSDF afterwards.
 
     Returns:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import cache
 
 import mitsuba as mi
 import numpy as np
@@ -16,7 +17,6 @@ from ddgi.scene.reflectance import hemispherical_reflectance
 
 MATT = 1
 """Of the parts that a plastic is made of; 0 is the coat."""
-PLUGINS = {"SmoothPlastic": "plastic", "RoughPlastic": "roughplastic"}
 
 
 def under_coat(bsdf: mi.BSDF, eta: float, alpha: float) -> Callable[[np.ndarray], np.ndarray]:
@@ -30,17 +30,23 @@ def under_coat(bsdf: mi.BSDF, eta: float, alpha: float) -> Callable[[np.ndarray]
         eta: Its index of refraction, relative to that around it.
         alpha: Its roughness, where it has one.
     """
-    described = {
-        "type": PLUGINS[bsdf.class_name()], "int_ior": eta, "ext_ior": 1.0,
-        "nonlinear": "nonlinear = 1" in str(bsdf),
-    }  # fmt: skip
-    if bsdf.class_name() == "RoughPlastic":
-        found = re.search(r"distribution = (\w+)", str(bsdf))
-        described |= {"alpha": alpha, "distribution": found.group(1) if found else "beckmann"}
+    rough = bsdf.class_name() == "RoughPlastic"
+    found = re.search(r"distribution = (\w+)", str(bsdf))
+    white, kept = _measured(
+        eta, alpha if rough else None, found.group(1) if found else "beckmann", "nonlinear = 1" in str(bsdf)
+    )
+    return lambda x: white * (1 - kept) * x / (1 - kept * np.clip(x, 0, 1))
+
+
+@cache
+def _measured(eta: float, alpha: float | None, distribution: str, nonlinear: bool) -> tuple[float, float]:
+    """Reflectance of a white matt part, and the share kept inside; no alpha: of a smooth plastic."""
+    described: dict[str, object] = {"type": "plastic", "int_ior": eta, "ext_ior": 1.0, "nonlinear": nonlinear}
+    if alpha is not None:
+        described |= {"type": "roughplastic", "alpha": alpha, "distribution": distribution}
     white, grey = (_matt_part(described, x) for x in (1.0, 0.5))
     share = grey / max(white, 1e-6)
-    kept = min(max((1 - 2 * share) / (1 - share), 0.0), 0.999)
-    return lambda x: white * (1 - kept) * x / (1 - kept * np.clip(x, 0, 1))
+    return white, min(max((1 - 2 * share) / (1 - share), 0.0), 0.999)
 
 
 def _matt_part(described: dict[str, object], grey: float) -> float:

@@ -5,9 +5,9 @@ roughness, specular reflectance at normal incidence, opacity, sidedness, emissio
 reads its row with a few packet loads instead of virtual calls, and a kernel does not grow with
 the number of materials.
 
-The diffuse field sees every opaque material as Lambertian with albedo `base_color`: of a metal
-that is its hemispherical reflectance. Direct light at camera pixels separates the two lobes:
-Lambert with base_color * (1 - metallic), and GGX with F0 = lerp(specular, base_color, metallic).
+Two lobes: Lambert with base_color * (1 - metallic), and GGX with F0 = lerp(specular, base_color,
+metallic). Camera pixels see them apart; the field takes every opaque material as Lambertian with what
+both together send back of even light (`ddgi.trace.albedo`).
 """
 
 from __future__ import annotations
