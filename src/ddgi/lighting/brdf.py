@@ -6,7 +6,7 @@ import drjit as dr
 import mitsuba as mi
 
 from ddgi.extrema import at_least, clamp, largest
-from ddgi.trace.surface import Surface
+from ddgi.trace.surface import Surface, frame
 
 NARROWEST = 0.05
 """GGX alpha of the narrowest highlight of a lamp: one without size would else be seen in no pixel, or in one."""
@@ -52,9 +52,9 @@ def sample_ggx(surface: Surface, sample: mi.Point2f) -> tuple[mi.Vector3f, mi.Co
         (N,) unit directions, and the BRDF times the cosine over their density, in [0, 1]; 0 for those
         that lead below the shading normal's horizon.
     """
-    frame = mi.Frame3f(surface.normal)
+    axes = frame(surface.normal)
     alpha = at_least(surface.alpha, 1e-3)
-    v = frame.to_local(surface.to_viewer)
+    v = axes.to_local(surface.to_viewer)
     v.z = at_least(v.z, 1e-4)
     stretched = dr.normalize(mi.Vector3f(v.x * alpha, v.y * alpha, v.z))
     z = dr.fma(1 - sample.y, 1 + stretched.z, -stretched.z)
@@ -66,7 +66,7 @@ def sample_ggx(surface: Surface, sample: mi.Point2f) -> tuple[mi.Vector3f, mi.Co
     light = 2 * v_h * half - v
     masked, both = (1 + _smith(v.z, alpha)), 1 + _smith(v.z, alpha) + _smith(light.z, alpha)
     share = fresnel(surface, v_h) * (masked / both)
-    return frame.to_world(light), dr.select(light.z > 0, share, mi.Color3f(0))
+    return axes.to_world(light), dr.select(light.z > 0, share, mi.Color3f(0))
 
 
 def _smith(cosine: mi.Float, alpha: mi.Float) -> mi.Float:

@@ -20,7 +20,7 @@ from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
 from ddgi.trace.materials import Materials
-from ddgi.trace.surface import offset_origin
+from ddgi.trace.surface import matt_bounce, offset_origin
 
 PATHS = 16384
 """From every camera: shares of its picture are known to within 0.4 % (one standard deviation)."""
@@ -106,9 +106,7 @@ def _meet(scene: Scene, origin, direction, active, time: Clock):
         dr.select(beyond.back & ~behind, dr.norm(beyond.position - surface.position), 0),
     )
     lane = dr.arange(mi.UInt32, dr.width(origin))
-    sample = sampling.uniform_2d(time, sampling.SURVEY, lane)
-    onward = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
-    start = offset_origin(surface, onward)
+    start, onward = matt_bounce(surface, sampling.uniform_2d(time, sampling.SURVEY, lane))
     dr.eval(found, start, onward, surface.lit)  # at once: each use alone would trace the rays again
     return Faces(*(_column(array, dr.width(origin)) for array in found)), start, onward, surface.lit
 

@@ -58,8 +58,23 @@ def offset_origin(surface: Surface, direction: mi.Vector3f) -> mi.Point3f:
 
 def matt_bounce(surface: Surface, sample: mi.Point2f) -> tuple[mi.Point3f, mi.Vector3f]:
     """Rays that leave surfaces as light leaves a matt one. sample: (N,) uniform numbers."""
-    direction = mi.Frame3f(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
+    direction = frame(surface.normal).to_world(mi.warp.square_to_cosine_hemisphere(sample))
     return offset_origin(surface, direction), direction
+
+
+def frame(normal: mi.Normal3f) -> mi.Frame3f:
+    """Axes on a surface, in which random directions are drawn (Duff et al. 2017). normal: (N,) unit.
+
+    They turn over where the normal's z passes -0.0001, and not 0 as Mitsuba's: walls along the axes have
+    rounding errors there, by which a scene that is moved would get other random directions.
+    """
+    n = mi.Vector3f(normal)
+    sign = dr.select(n.z > -1e-4, mi.Float(1), mi.Float(-1))
+    a = -dr.rcp(sign + n.z)
+    b = n.x * n.y * a
+    across = mi.Vector3f(dr.fma(sign * n.x * n.x, a, 1), sign * b, -sign * n.x)
+    along = mi.Vector3f(b, dr.fma(n.y * n.y, a, sign), -n.y)
+    return mi.Frame3f(across, along, n)
 
 
 def slack(position: mi.Point3f, extent: mi.Float) -> mi.Float:
