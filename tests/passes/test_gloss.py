@@ -116,3 +116,19 @@ def test_a_mirror_in_a_mirror(bounces):
         assert shown.mean() == pytest.approx(1, rel=0.02)
     else:
         assert shown.mean() < 0.95
+
+
+def test_two_rough_bounces_converge_pixel_by_pixel():
+    """Two rough metals at a right angle: every pixel tends to the path tracer's mean, none to a value of its own."""
+    rough = {"type": "roughconductor", "material": "none", "alpha": 0.4, "distribution": "ggx"}
+    turned = lambda angle: mi.ScalarTransform4f().rotate([0, 1, 0], angle).translate([0, 0, -1])  # noqa: E731
+    bright = np.linspace(0, 4, 9, dtype=np.float32)[:, None, None].repeat(16, 1).repeat(3, 2)
+    scene = load({
+        "type": "scene",
+        "a": {"type": "rectangle", "bsdf": rough, "to_world": turned(45)},
+        "b": {"type": "rectangle", "bsdf": rough, "to_world": turned(-45)},
+        "sky": {"type": "envmap", "bitmap": mi.Bitmap(bright)},
+    })  # fmt: skip
+    shown = picture(scene, look_at((0.0, 0, 3), (0, 0, -1), fov=4.0, size=SIZE), frames=256)
+    grain = shown - shown.mean(0)  # neighbours in a row see all but the same
+    assert grain.std() < 0.06 * shown.mean()

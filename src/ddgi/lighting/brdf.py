@@ -64,8 +64,8 @@ def sample_ggx(surface: Surface, sample: mi.Point2f) -> tuple[mi.Vector3f, mi.Co
     half = dr.normalize(mi.Vector3f(half.x * alpha, half.y * alpha, at_least(half.z, 1e-6)))
     v_h = clamp(dr.dot(v, half), 0, 1)
     light = 2 * v_h * half - v
-    masked, both = (1 + _smith(v.z, alpha)), 1 + _smith(v.z, alpha) + _smith(light.z, alpha)
-    share = fresnel(surface, v_h) * (masked / both)
+    masked = 1 + _smith(v.z, alpha)
+    share = fresnel(surface, v_h) * (masked / (masked + _smith(light.z, alpha)))
     return axes.to_world(light), dr.select(light.z > 0, share, mi.Color3f(0))
 
 

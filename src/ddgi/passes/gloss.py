@@ -13,7 +13,7 @@ from ddgi import sampling
 from ddgi.lighting import brdf
 from ddgi.lighting.direct import direct_light
 from ddgi.probes.bounce import Illumination, arriving, from_field, reflected
-from ddgi.sampling import kronecker_2d
+from ddgi.sampling import Clock
 from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, offset_origin
 
@@ -39,7 +39,7 @@ class Settings:
 def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | None:
     """Radiance that the GGX lobe sends to the viewer: a sample of it.
 
-    Of lamps that are sampled, it has what is not `sharp` enough for rays from nothing.
+    Lamps that are sampled count where the lobe is `sharp`; elsewhere direct light has their highlights.
 
     Args:
         by: What lights what is found.
@@ -52,12 +52,11 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
     if s.bounces == 0:
         return None
     width = dr.width(surface.distance)
-    lane = dr.arange(mi.UInt32, width) * s.bounces
+    lane = dr.arange(mi.UInt32, width)
     shining = surface.lit & ((surface.metallic > 0) | (surface.specular > 0))
     radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
     for bounce in range(s.bounces):
-        # Not of the sequence that lamps are sampled with, as in `probes/contact.py`.
-        sample = kronecker_2d(by.time, sampling.PIXEL_GLOSS, lane + bounce, by.time.tick)
+        sample = _numbers(by.time, lane * s.bounces + bounce, bounce)
         direction, share = brdf.sample_ggx(surface, sample)
         outside = shining & (dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0)
         origin = offset_origin(surface, direction)
@@ -70,6 +69,18 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
         radiance += dr.select(outside, throughput * met, mi.Color3f(0))
         surface, shining = seen, onward
     return radiance
+
+
+def _numbers(time: Clock, index: mi.UInt32, bounce: int) -> mi.Point2f:
+    """Random numbers of a bounce. (N,).
+
+    The first has a sequence that is not the one that lamps are sampled with, as in `probes/contact.py`.
+    Further bounces have none at all: two of a kind move in step, and what they show together would not
+    converge.
+    """
+    if bounce == 0:
+        return sampling.kronecker_2d(time, sampling.PIXEL_GLOSS, index, time.tick)
+    return sampling.uniform_2d(time, sampling.PIXEL_GLOSS, index)
 
 
 def sharp(surface: Surface) -> mi.Bool:
