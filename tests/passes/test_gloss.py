@@ -132,3 +132,22 @@ def test_two_rough_bounces_converge_pixel_by_pixel():
     shown = picture(scene, look_at((0.0, 0, 3), (0, 0, -1), fov=4.0, size=SIZE), frames=256)
     grain = shown - shown.mean(0)  # neighbours in a row see all but the same
     assert grain.std() < 0.06 * shown.mean()
+
+
+def test_a_polished_ball_strews_no_dots_on_a_rough_floor():
+    """Highlights of the sun in it, met by wide lobes, were dots that no number of frames took away."""
+    floor = {"type": "roughconductor", "material": "none", "alpha": 0.5, "distribution": "ggx"}
+    ball = {"type": "sphere", "center": [0, 0.6, 0], "radius": 0.5, "bsdf": MIRROR}
+    sun = {"type": "directional", "direction": [0.3, -1, -0.5], "irradiance": rgb(3.0)}
+    view = look_at((0, 2.5, 2.5), (0, 0, 1.2), fov=30.0, size=(96, 48))
+    below = picture(room(floor, ball=ball, sun=sun), view, frames=32)[24:].max(-1)  # nothing but the floor
+    assert below.max() < 4 * np.median(below)
+
+
+def test_walls_beside_a_lamp_strew_no_dots_through_wide_lobes():
+    """One ray in hundreds meets the wall a hair from the bulb, where it is thousands of times as bright."""
+    floor = {"type": "roughconductor", "material": "none", "alpha": 0.3, "distribution": "ggx"}
+    near = {"type": "point", "position": [0, 1, -0.99], "intensity": rgb(0.02)}
+    view = look_at((0, 0.6, 2.0), (0, 0, 0.3), fov=30.0, size=(96, 48))
+    shown = picture(room(floor, near=near), view, frames=32)
+    assert shown.max() < 4 * np.median(shown.max(-1))

@@ -10,6 +10,7 @@ from annotated_types import Interval
 from typing_extensions import Doc
 
 from ddgi import sampling
+from ddgi.extrema import at_least, at_most
 from ddgi.lighting import brdf
 from ddgi.lighting.direct import direct_light
 from ddgi.probes.bounce import Illumination, arriving, from_field, reflected
@@ -19,8 +20,12 @@ from ddgi.trace.surface import Surface, offset_origin
 
 SHARPEST = 0.15
 """GGX alpha below which rays of the lobe bring the light of lamps with a size too."""
+MOST = 10.0
+"""Times the mean radiance around a pixel's point that a ray of a wide lobe brings at most, lamps aside."""
 METAL = 0.5
-"""How metallic a surface is that a path goes on from; others end it, as if they were matt."""
+"""How metallic a surface is that a path goes on from, if it came from a sharp lobe; others end it, as if they were
+matt. Lamps' highlights in metal seen by wide lobes would be dots (caustics).
+"""
 
 
 @settings_group("gloss")
@@ -54,6 +59,7 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
     width = dr.width(surface.distance)
     lane = dr.arange(mi.UInt32, width)
     shining = surface.lit & ((surface.metallic > 0) | (surface.specular > 0))
+    usual = from_field(by, surface) * dr.inv_pi
     radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
     for bounce in range(s.bounces):
         sample = _numbers(by.time, lane * s.bounces + bounce, bounce)
@@ -64,8 +70,9 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
             origin, direction, outside, time=by.time, stream=sampling.PIXEL_GLOSS_ALPHA
         )
         throughput = dr.select(outside, throughput * share, mi.Color3f(0))
-        onward = seen.lit & (seen.metallic > METAL) & (bounce + 1 < s.bounces)
-        met = arriving(by, seen, direction, whole=sharp(surface)) + _sent_back(by, seen, onward)
+        onward = seen.lit & (seen.metallic > METAL) & sharp(surface) & (bounce + 1 < s.bounces)
+        back = _bounded(_sent_back(by, seen, onward), surface, usual)
+        met = arriving(by, seen, direction, whole=sharp(surface)) + back
         radiance += dr.select(outside, throughput * met, mi.Color3f(0))
         surface, shining = seen, onward
     return radiance
@@ -86,6 +93,15 @@ def _numbers(time: Clock, index: mi.UInt32, bounce: int) -> mi.Point2f:
 def sharp(surface: Surface) -> mi.Bool:
     """Where a ray of the lobe finds lamps more surely than a sample of a lamp meets the lobe. (W H,)."""
     return surface.alpha < SHARPEST
+
+
+def _bounded(radiance: mi.Color3f, surface: Surface, usual: mi.Color3f) -> mi.Color3f:
+    """Of what wide lobes meet, at most `MOST` times the usual: walls right beside lamps are seen by a ray in a
+    thousand, and leave dots that no number of frames takes away. (W H,) each.
+    """
+    most = MOST * mi.luminance(usual)
+    scale = at_most(most / at_least(mi.luminance(radiance), 1e-30), 1)
+    return dr.select(sharp(surface), radiance, radiance * scale)
 
 
 def _sent_back(by: Illumination, surface: Surface, onward: mi.Bool) -> mi.Color3f:
