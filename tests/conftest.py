@@ -1,5 +1,7 @@
 """One backend for the whole run (Mitsuba's types belong to the first that is chosen), and the command line."""
 
+import os
+
 import pytest
 
 import ddgi  # noqa: F401 - before any test imports Dr.Jit, which then loads the right libLLVM
@@ -13,10 +15,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def backend(pytestconfig: pytest.Config) -> str:
     """Choose what computes before any test makes an array, unless something is in use already."""
+    import drjit as dr
     import mitsuba as mi
 
     from ddgi.backend import use_backend
 
+    if "PYTEST_XDIST_WORKER" in os.environ:  # processes share the cores, and idle threads of Dr.Jit spin
+        dr.set_thread_count(1)
     return use_backend(pytestconfig.getoption("--backend") if mi.variant() is None else "auto")
 
 

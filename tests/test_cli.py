@@ -376,7 +376,8 @@ def test_interrupt_leaves_nothing(tmp_path, after):
         _, err = process.communicate(timeout=60)
     finally:
         process.kill()  # else it would render on for days
-    assert process.returncode == 130, err
+    # Where it came inside an exec() of some import, Python ends by the signal itself: 130 to a shell too.
+    assert process.returncode in (130, -signal.SIGINT), err
     assert err.splitlines()[-1] == "ddgi: interrupted"
     assert "Traceback" not in err
     assert list(tmp_path.iterdir()) == []
