@@ -33,7 +33,7 @@ class Progress:
     def __init__(self, write: Callable[[str], object] | None = None, terminal: bool | None = None) -> None:
         self._write = write or _to_stderr
         self._terminal = sys.stderr.isatty() if terminal is None else terminal
-        self._started = monotonic()
+        self._begin = monotonic()
         self._text, self._done, self._total = "", 0, 0
         self._drawn = False
         self._over = Event()
@@ -41,7 +41,7 @@ class Progress:
 
     def phase(self, text: str, total: int = 0) -> None:
         """What happens now, and in how many steps if that is known."""
-        self._text, self._done, self._total = text, 0, total
+        self._text, self._done, self._total, self._begin = text, 0, total, monotonic()
 
     def step(self) -> None:
         """One of the steps is done."""
@@ -72,11 +72,11 @@ class Progress:
             elif self._done and monotonic() - since > REPEAT:
                 since = monotonic()
                 self._write(
-                    f"ddgi: {logged}: {self._done}/{self._total}, {since - self._started:.0f} s ...\n"
+                    f"ddgi: {logged}: {self._done}/{self._total}, {since - self._begin:.0f} s ...\n"
                 )
 
     def _line(self) -> str:
-        elapsed = f"{monotonic() - self._started:.0f} s"
+        elapsed = f"{monotonic() - self._begin:.0f} s"
         if not self._total:
             return f"{self._text} {elapsed}"
         bar = "#" * (BAR * self._done // self._total) if self._done else FIRST

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -123,15 +123,10 @@ def compare(
         raise SettingsError("a comparison needs one configuration and one frame at least")
     load_flip()  # before the work starts
     truth = make_reference(scene, scene.camera, target, most_seconds, folder, watch)
-    judged = []
+    judged: list[Judged] = []
     for trial in trials:
-        watch.phase(f"rendering {trial.name}", frames)
-        outcome = run(scene, trial, frames, watch)
-        judged.append(
-            Judged(
-                outcome, difference(outcome.picture, truth.picture), difference(outcome.single, truth.picture)
-            )
-        )
+        same = next((j for j in judged if j.outcome.trial.settings == trial.settings), None)
+        judged.append(_renamed(same, trial) if same else _judged(scene, trial, frames, truth, watch))
     view = look(scene)
     notes = [*scene.notes, *remarks(view), *_doubts(truth, target, judged)]
     found = {}
@@ -142,6 +137,19 @@ def compare(
         watch.phase("path tracing the rivals")
         found = _rivals(scene, judged[0].outcome, truth, view.guides)
     return Comparison(scene, target, truth, judged, found, notes)
+
+
+def _judged(scene: Scene, trial: Trial, frames: int, truth: Reference, watch: Watch) -> Judged:
+    """Rendered, and held against the reference."""
+    watch.phase(f"rendering {trial.name}", frames)
+    outcome = run(scene, trial, frames, watch)
+    apart = [difference(shown, truth.picture) for shown in (outcome.picture, outcome.single)]
+    return Judged(outcome, *apart)
+
+
+def _renamed(judged: Judged, trial: Trial) -> Judged:
+    """The same again under another name: a sweep may pass through the values of its preset."""
+    return replace(judged, outcome=replace(judged.outcome, trial=trial))
 
 
 def _rivals(scene: Scene, ours: Outcome, truth: Reference, guides) -> dict[str, Rival]:
@@ -163,7 +171,8 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
     elif not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
-            f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed, which takes {_times(truth, target)} the samples or more: give it more time, or a smaller picture"
+            f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed, which takes {_times(truth, target):,} times the samples or more{_seconds(truth, target)}: "
+            "give it more time, or a smaller picture"
         )
     lines += [*_all_warm_up(judged), *_still_dark(judged)]
     for j in judged:
@@ -174,9 +183,15 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
     return lines
 
 
-def _times(truth: Reference, target: float) -> str:
+def _times(truth: Reference, target: float) -> int:
     """How many times the samples halve the noise often enough: it falls with their square root at best."""
-    return f"{max(2, math.ceil((2 * truth.noise / target) ** 2)):,} times"
+    return max(2, math.ceil((2 * truth.noise / target) ** 2))
+
+
+def _seconds(truth: Reference, target: float) -> str:
+    """What that takes, if samples were made that tell."""
+    seconds = (_times(truth, target) - 1) * truth.spp * truth.sample_seconds
+    return f" (some {math.ceil(seconds):,} s)" if seconds else ""
 
 
 def _still_dark(judged: Sequence[Judged]) -> list[str]:

@@ -31,7 +31,16 @@ class Pace:
         yield
         self._judging = perf_counter() - begin
 
+    @property
+    def left(self) -> float:
+        """Time left [s], 0 at least."""
+        return max(0.0, self._end - perf_counter())
+
+    @property
+    def per_sample(self) -> float:
+        """What a sample cost so far [s]; 0 where none was made."""
+        return self._sampling / self.samples if self.samples else 0.0
+
     def affordable(self) -> int:
         """Samples that can be made and judged in the time left; needs some that were made."""
-        left = self._end - perf_counter() - self._judging
-        return int(left * self.samples / self._sampling)
+        return int((self._end - perf_counter() - self._judging) / self.per_sample)

@@ -9,7 +9,7 @@ the noise in FLIP is at most half of it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Literal
@@ -53,6 +53,7 @@ class Reference:
     noise: float  # mean FLIP between the halves
     start: Start  # where its paths start
     fresh: int = 0  # of its samples, those made just now and not kept from before
+    sample_seconds: float = 0.0  # what one of those took; 0 where there are none
 
     @property
     def picture(self) -> np.ndarray:
@@ -122,7 +123,7 @@ def make_reference(
         if known is not None:
             watch.phase(
                 f"path tracing the reference: {2 * before:,} samples a pixel so far, FLIP {known.noise:.3f} between its "
-                f"halves, {target / 2:g} needed"
+                f"halves, {target / 2:g} needed; {pace.left:.0f} s left"
             )
         with pace.sampling(wanted):
             fresh = make(wanted, before)
@@ -130,7 +131,7 @@ def make_reference(
             known = _refined(known, *fresh, start, wanted)
             store(key, {name: getattr(known, name) for name in KEPT})
     assert known is not None  # the first samples are always taken
-    return known
+    return replace(known, sample_seconds=pace.per_sample / 2)
 
 
 Maker = Callable[[int, int], tuple[np.ndarray, np.ndarray]]

@@ -12,7 +12,7 @@ from ddgi.judge.compare import Comparison, Judged
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.lettering import text_width, wrapped, written
 from ddgi.judge.metrics import DARKEST, flip_exposures, flip_map
-from ddgi.judge.table import reference_lines
+from ddgi.judge.table import doubted, reference_lines
 from ddgi.luminance import LUMINANCE
 from ddgi.passes import tone
 from ddgi.plural import counted
@@ -78,13 +78,13 @@ def relative_excess(picture: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 
 def _row(found: Comparison, j: Judged, shown: tone.Settings) -> list[Tile]:
-    out, truth = j.outcome, found.reference
+    out, truth, flip = j.outcome, found.reference, j.difference.flip_mean
     excess = relative_excess(out.picture, truth.picture)
     return [
         Tile(f"{out.trial.name}, {counted(out.frames, 'frame')}", _display(out.picture, shown)),
         Tile("direct", _display(out.direct, shown)),
         Tile("indirect", _display(out.indirect, shown)),
-        Tile(f"FLIP {j.difference.flip_mean:.4f}", _map(j.difference.flip_map, INFERNO)),
+        Tile(f"FLIP {flip:.4f}{doubted(flip, truth.noise)}", _map(j.difference.flip_map, INFERNO)),
         Tile(f"luminance {100 * j.difference.luminance_error:+.1f} %", _map(0.5 + excess, BLUE_RED)),
     ]
 
