@@ -9,7 +9,7 @@ import ddgi
 from ddgi.config import load_settings
 from ddgi.errors import DDGIError
 from ddgi.judge import denoiser, sheet
-from ddgi.judge.compare import _still_dark, compare
+from ddgi.judge.compare import _doubts, _still_dark, compare
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.lettering import text_width, wrapped
 from ddgi.judge.path_tracer import Samples
@@ -121,6 +121,23 @@ def test_figures_that_the_reference_cannot_carry_are_marked(found):
     assert DOUBTED not in exact
 
 
+def test_rivals_stand_beside_the_time_of_ours(found):
+    first, r = found.judged[0], found.rivals["still"]
+    whole = first.outcome.frame_ms * first.outcome.frames
+    (line,) = [line for line in table(found).splitlines() if line.startswith("rival, still")]
+    assert f"in {r.ms:.0f} ms" in line
+    assert f"default in {whole:.0f} ms: {first.difference.flip_mean:.4f}" in line
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.5])
+def test_a_noisy_reference_says_what_it_lacks(found, seconds):
+    """Four times the noise that is allowed: 16 times the samples, of which one part is there."""
+    truth = replace(found.reference, noise=0.2, spp=10, sample_seconds=seconds)
+    (line,) = _doubts(truth, 0.1, found.judged)[:1]
+    assert "takes 16 times the samples" in line
+    assert ("some 75 s" in line) == (seconds > 0)
+
+
 def test_where_a_reference_comes_from_is_said(found):
     def said(**change):
         return "\n".join(reference_lines(replace(found, reference=replace(found.reference, **change))))
@@ -134,9 +151,10 @@ def test_differences_within_the_noise_of_timing_decide_nothing(found):
     one = found.judged[0]
     slower = replace(one, outcome=replace(one.outcome, frame_ms=1.05 * one.outcome.frame_ms))
     worse = replace(one, difference=replace(one.difference, flip_mean=1.01 * one.difference.flip_mean))
-    assert front([one, slower, worse]) == {0, 1, 2}
+    assert front([one, slower, worse], 0.0) == {0, 1, 2}
     both = replace(one, difference=replace(one.difference, flip_mean=1.1 * one.difference.flip_mean))
-    assert front([one, both]) == {0}
+    assert front([one, both], 0.0) == {0}
+    assert front([one, both], one.difference.flip_mean) == {0, 1}  # the reference cannot tell them apart
 
 
 def test_the_front_holds_what_nothing_beats(found):
@@ -147,7 +165,14 @@ def test_the_front_holds_what_nothing_beats(found):
         difference=replace(three.difference, flip_mean=1.0),
         outcome=replace(three.outcome, frame_ms=1e6),
     )
-    assert front([one, cheap, dear]) == {0, 1}
+    assert front([one, cheap, dear], 0.0) == {0, 1}
+
+
+def test_a_configuration_that_comes_twice_is_rendered_once(scene, folder):
+    twice = [trial("one"), trial("again")]
+    first, second = compare(scene, twice, frames=2, rivals=False, most_seconds=0, folder=folder).judged
+    assert [first.outcome.trial.name, second.outcome.trial.name] == ["one", "again"]
+    assert first.outcome.picture is second.outcome.picture
 
 
 def test_sheet_shows_every_configuration(found):

@@ -68,7 +68,9 @@ def scene_of(name):
 def test_the_mean_is_the_same(name, length):
     scene = scene_of(name)
     s = small(gather_path_length=length, contact_hits=0.0, gather_energy_preservation=0.0)
-    s = changed(s, blend_fit_texels=False)  # fitted texels of noisy maps are cut off at zero: 0.6 % more, paths or not
+    s = changed(
+        s, blend_fit_texels=False
+    )  # fitted texels of noisy maps are cut off at zero: 0.6 % more, paths or not
     if name == "sun":
         s = changed(s, grid_box=((-1.0, -0.9, -1.0), (1.0, 1.0, 1.0)))
     with_paths = settled(scene, s)

@@ -71,9 +71,7 @@ class Progress:
                 self._write(f"ddgi: {logged} ...\n")
             elif self._done and monotonic() - since > REPEAT:
                 since = monotonic()
-                self._write(
-                    f"ddgi: {logged}: {self._done}/{self._total}, {since - self._begin:.0f} s ...\n"
-                )
+                self._write(f"ddgi: {logged}: {self._done}/{self._total}, {since - self._begin:.0f} s ...\n")
 
     def _line(self) -> str:
         elapsed = f"{monotonic() - self._begin:.0f} s"

@@ -34,7 +34,7 @@ def table(found: Comparison) -> str:
     if best:
         lines.append(
             "* no other configuration is at least as good in FLIP, ms/frame and MB, and better in one (FLIPs closer than "
-            f"{100 * SAME_FLIP:.0f} % or both with a {DOUBTED}, and times closer than {100 * SAME_TIME:.0f} %, count as the same)"
+            f"{100 * SAME_FLIP:.0f} % or below what the reference can tell, and times closer than {100 * SAME_TIME:.0f} %, count as the same)"
         )
     lines += ["", *TERMS, "", *reference_lines(found), *_rival_lines(found)]
     return "\n".join(lines)
