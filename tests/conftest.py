@@ -20,8 +20,8 @@ def backend(pytestconfig: pytest.Config) -> str:
 
     from ddgi.backend import use_backend
 
-    if "PYTEST_XDIST_WORKER" in os.environ:  # processes share the cores, and idle threads of Dr.Jit spin
-        dr.set_thread_count(1)
+    if "PYTEST_XDIST_WORKER" in os.environ:  # processes share the cores
+        dr.set_thread_count(2)
     return use_backend(pytestconfig.getoption("--backend") if mi.variant() is None else "auto")
 
 

@@ -102,3 +102,18 @@ def test_dr_jit_gets_an_llvm_that_is_new_enough_whatever_is_imported_first(first
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert int(done.stdout) >= 16
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores cannot be chosen here")
+def test_openexr_files_on_a_single_core(tmp_path):
+    """Mitsuba alone waits forever for a thread that is not there."""
+    code = (
+        "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})\n"
+        "import ddgi; from ddgi.backend import use_backend; use_backend('llvm')\n"
+        "import mitsuba as mi, numpy as np\n"
+        "mi.Bitmap(np.zeros((4, 4, 3), np.float32)).write('a.exr'); print(mi.Bitmap('a.exr').size())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.stdout.strip() == "[4, 4]", done.stderr

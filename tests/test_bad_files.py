@@ -144,6 +144,7 @@ OBJ = {
     "beyond single precision": (obj("v 0 1e300 0\n" + VERTICES + "f 1 2 3"), "line 1: v is not finite, or too large"),
     "words": (obj("v one two three\nf 1 1 1"), "line 1: v 'one two three' is not made of numbers"),
     "no triangles": (obj(VERTICES + "l 1 2\np 1\n"), "has no faces"),
+    "cut before the faces": (obj(VERTICES), "has no faces, vertices alone: was it cut short?"),
     "triangles without area": (obj(VERTICES + "f 1 1 2\nf 2 2 2\n"), "no geometry"),
     "broken picture": (obj(PICTURED, a_mtl=b"newmtl m\nmap_Kd b.png\n", b_png=b"no picture"), "b.png cannot be decoded"),
     "picture cut short": (obj(PICTURED, a_mtl=b"newmtl m\nmap_Kd b.png\n", b_png=png(np.zeros((8, 8, 3)))[:50]), "b.png"),

@@ -230,8 +230,12 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
             ["render", "cornell", "-o", "a.png", "--set", "query.crush=7"],
             "query.crush must be a number from 0",
         ),
+        (["render", "cornell", "-o", "a.png", "--set", "gather.path_length=true"], "to 32, not true"),
         (["render", "cornell", "-o", "a.png", "--camera", "back"], "no camera 'back'"),
-        (["render", "cornell", "-o", "a.png", "--look", "0,0,0,0,0,0"], "cannot look at where it stands"),
+        (
+            ["render", "cornell", "-o", "a.png", "--look", "0,0,0,0,0,0"],
+            "cannot look at where it stands: 0, 0, 0",
+        ),
         (["render", "cornell", "-o", "a.png", "--near", "-1"], "near must be"),
         (["render", "cornell", "-o", "a.png", "--near", "nan"], "near must be"),
         (["render", "cornell", "-o", "a.png", "--sun", "0,0,-1"], "sun must be"),
@@ -387,6 +391,21 @@ def test_a_reader_that_leaves_is_no_error():
     command = f"{sys.executable} -m ddgi presets default | true"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("look", "black"), [("0,0,3,0,0,9", True), ("0,0,0.5,0,0,-1", True), ("0,0,3,0,0,0", False)]
+)
+def test_a_black_picture_is_not_passed_over_in_silence(run, tmp_path, look, black):
+    """Past everything, from inside a solid, and as it should be."""
+    scene = tmp_path / "ball.xml"
+    scene.write_text(
+        """<scene version="3.0.0"><shape type="sphere"/><emitter type="point">
+        <point name="position" x="0" y="2" z="2"/></emitter></scene>"""
+    )
+    code, _, err = run("render", scene, "-o", tmp_path / "a.png", "--look", look, *QUICK)
+    assert code == 0
+    assert ("warning: the picture is black" in err) == black
 
 
 def test_non_finite_light_is_reported(run, tmp_path, monkeypatch):

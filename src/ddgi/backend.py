@@ -19,6 +19,9 @@ VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 LLVM_MINIMUM = 16
 """Dr.Jit 1.5 emits intrinsics that older versions abort on."""
 
+LEAST_THREADS = 2
+"""OpenEXR files are read and written on a thread beside the first: on a single core Mitsuba waits for it forever."""
+
 _LLVM_ADVICE = {
     "linux": "install it with: pip install karellen-llvm-core, or set DRJIT_LIBLLVM_PATH",
     "darwin": "install it with: brew install llvm, then set DRJIT_LIBLLVM_PATH to its libLLVM.dylib",
@@ -46,7 +49,9 @@ def use_backend(name: str = "auto") -> str:
     mi = sys.modules.get("mitsuba")
     active = None if mi is None else mi.variant()
     if active is not None:
-        return _keep(active, name)  # the caller's own choice
+        name = _keep(active, name)  # the caller's own choice
+        _provide_threads()
+        return name
     if name == "auto":
         name = "cuda" if optix_problem() is None else "llvm"
     # Before Dr.Jit is imported: it would complain in its own words, and on its own output.
@@ -54,6 +59,7 @@ def use_backend(name: str = "auto") -> str:
     if problem:
         raise BackendError(problem)
     _start(name)
+    _provide_threads()
     return name
 
 
@@ -80,6 +86,13 @@ def _start(name: str) -> None:
         raise BackendError(
             f"the {name} backend does not start: {str(error).strip().splitlines()[0]}"
         ) from error
+
+
+def _provide_threads() -> None:
+    import drjit as dr
+
+    if dr.thread_count() < LEAST_THREADS:
+        dr.set_thread_count(LEAST_THREADS)
 
 
 def _loaded_llvm_problem(name: str) -> str | None:

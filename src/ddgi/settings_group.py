@@ -71,7 +71,12 @@ def _checked(value: Any, hint: Any, name: str) -> Any:
     try:
         return _adapter(hint).validate_python(plain, strict=True)
     except ValidationError as error:
-        raise SettingsError(f"{name} must be {accepts(hint)}, not {value!r}") from error
+        raise SettingsError(f"{name} must be {accepts(hint)}, not {_written(value)}") from error
+
+
+def _written(value: Any) -> str:
+    """As in a settings file."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
 @cache

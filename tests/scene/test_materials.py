@@ -143,7 +143,7 @@ def test_clear_shapes_are_not_traced(plugin):
     scene = load({"type": plugin})
     assert "wall" not in scene.shapes
     assert len(scene.mi_scene.shapes()) == 1
-    assert any("1 clear shape" in note for note in scene.notes)
+    assert any("1 clear shape" in note and '"wall"' in note for note in scene.notes)
 
 
 def test_a_clear_shape_that_shines_stays():

@@ -148,6 +148,7 @@ def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, A
         "first_frame_ms": done.milliseconds[0],
         "frame_ms": done.frame_ms,
         "exposure": _exposure(done, settings.tone),
+        "black": not done.frame.numpy().any(),
         "non_finite": {"rays": int(done.field.non_finite[0]), "pixels": done.frame.non_finite},
         "notes": list(scene.notes),
     }
@@ -163,7 +164,12 @@ def _remarks(figures: dict[str, Any]) -> list[str]:
         lines.append(
             f"warning: {rays} probe rays and {pixels} pixel samples were not numbers; taken as black"
         )
-    if figures["exposure"] >= MOST_STOPS:
+    if figures["black"]:
+        lines.append(
+            "warning: the picture is black: no light comes to what the camera sees, or it stands inside something; "
+            "`ddgi info` tells, --look and --point help"
+        )
+    elif figures["exposure"] >= MOST_STOPS:
         lines.append(
             f"warning: hardly any light: the picture stays dark although it is brightened by {figures['exposure']:.0f} stops; "
             "add a light (--sky, --point), or set tone.exposure"

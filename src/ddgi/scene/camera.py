@@ -113,9 +113,9 @@ def look_at(
     forward = target - origin
     right = np.cross(forward, up)
     if not np.linalg.norm(forward) > 0:
-        raise SettingsError(f"a camera cannot look at where it stands: {origin}")
+        raise SettingsError(f"a camera cannot look at where it stands: {_written(origin)}")
     if not np.linalg.norm(right) > 1e-6 * np.linalg.norm(forward) * np.linalg.norm(up):
-        raise SettingsError(f"the camera looks along its up, {up}: choose another up")
+        raise SettingsError(f"the camera looks along its up, {_written(up)}: choose another up")
     if not 0 < fov < 180:
         raise SettingsError(f"the field of view must lie between 0 and 180 degrees, not {fov}")
     _check_size(size)
@@ -181,6 +181,10 @@ def turned(camera: Camera, pivot: npt.ArrayLike, axis: npt.ArrayLike, degrees: f
         near=float(np.ravel(camera.near)[0]),
         orthographic=camera.orthographic,
     )
+
+
+def _written(vector: np.ndarray) -> str:
+    return ", ".join(f"{x:g}" for x in vector)
 
 
 def _vector(values: npt.ArrayLike, name: str) -> np.ndarray:

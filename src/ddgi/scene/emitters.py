@@ -117,7 +117,7 @@ class EmitterReader:
             self._remove_ringing(emitter, label)
             if _bright_share(mi.traverse(emitter)["data"].numpy()) > BRIGHT_SHARE:
                 self._notes.add(
-                    f"{label}: small lamps shine in it, which few rays of probes meet: set direct.environment=sampled"
+                    f"{label}: small lamps shine in it, which few of the probes' rays meet; direct.environment=sampled finds them"
                 )
         elif kind == "SunskyEmitter":
             direction, irradiance = sky.sun(emitter)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ddgi.box import Box
 from ddgi.errors import SceneError
+from ddgi.plural import counted
 from ddgi.scene.added import Added
 from ddgi.scene.camera import Camera
 from ddgi.scene.ceiling import Height, describe_ceiling
@@ -30,6 +31,8 @@ from ddgi.scene.textures import TextureReader
 from ddgi.scene.validate import check_bounds
 
 ENVIRONMENTS = ("constant", "envmap", "sunsky", "timed_sunsky")
+NAMED = 3
+"""Names that a remark lists at most."""
 CEILING = "added-ceiling"
 OLD_FILTERS = ("trilinear", "ewa")
 OURS = (
@@ -79,7 +82,7 @@ def import_scene(
     if added.lights.has_environment:
         _drop_environment(tree, notes)
     if added.lights:
-        move(tree, tree.graft(added.lights.description(up), "added by the caller"), moved)
+        move(tree, tree.graft(added.lights.description(up), "added to the scene"), moved)
 
     shapes, emitters = _read(tree, name, notes)
     if origin is None and (moved := _moved(tree, shapes.geometry, notes)).any():
@@ -148,8 +151,11 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
         elif kind in (mi.ObjectType.BSDF, mi.ObjectType.Texture):
             tree.build(child)  # unused ones too: a mistake in them is a mistake in the file
     geometry = shapes.geometry
-    if geometry.clear_shapes:
-        notes.add(f"{geometry.clear_shapes} clear shape(s), such as glass, left out: light passes straight")
+    if clear := geometry.clear:
+        names = ", ".join(clear[:NAMED]) + (", ..." if len(clear) > NAMED else "")
+        notes.add(
+            f"{counted(len(clear), 'clear shape')}, such as glass, left out, light passes straight: {names}"
+        )
     if geometry.triangles == 0:
         raise SceneError("there is no geometry in the scene")
     return shapes, emitters
@@ -168,7 +174,7 @@ def _add_ceiling(
     open_scene, below = _assembled(shapes.geometry, None), float(origin @ up)
     _check_bounds(open_scene, origin, name)
     slab, height = describe_ceiling(open_scene, height, up, below)
-    for index in tree.graft({CEILING: slab}, "added by the caller"):
+    for index in tree.graft({CEILING: slab}, "added to the scene"):
         shapes.add(index, CEILING)
     notes.add(f"a ceiling added at a height of {height:.4g}")
 

@@ -32,7 +32,7 @@ class Geometry:
     names: dict[str, int] = field(default_factory=dict)  # shape name -> registry number
     area_lights: list[mi.Emitter] = field(default_factory=list)
     triangles: int = 0
-    clear_shapes: int = 0  # left out: light passes them straight
+    clear: list[str] = field(default_factory=list)  # labels of those left out: light passes them straight
 
 
 class ShapeReader:
@@ -125,7 +125,7 @@ class ShapeReader:
             row = replace(row, emission=self._emitters.emission(shape), opacity=opacity)
             self.geometry.area_lights.append(shape.emitter())
         elif row.clear:
-            self.geometry.clear_shapes += 1
+            self.geometry.clear.append(label)
             if removable:
                 return None
         self.geometry.rows[shape_number(shape)] = row
@@ -160,7 +160,7 @@ class ShapeReader:
             self._notes.add(f"{self._tree.label(index)}: not a light this package has, left out")
             return True
         if kind in (mi.ObjectType.Medium, mi.ObjectType.Sensor):
-            self._notes.add(f"{self._tree.plugin(index)} inside a shape is left out")
+            self._notes.add(f"{self._tree.label(index)} inside a shape is left out")
             return True
         return False
 

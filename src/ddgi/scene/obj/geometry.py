@@ -16,6 +16,7 @@ from ddgi.scene.obj.statements import Statement
 WIDTHS = {"v": (3, 4, 6, 7), "vt": (1, 2, 3), "vn": (3,)}
 KEPT = {"v": 3, "vt": 2, "vn": 3}
 SILENT = ("s", "mtllib", "vp")
+CUT = ", vertices alone: was it cut short?"
 LARGEST = float(np.finfo(np.float32).max)
 """Number that meshes can hold."""
 NONE = -1
@@ -82,9 +83,9 @@ def read_pieces(path: Path, statements: list[Statement], notes: Notes) -> list[P
         elif keyword in ("l", "p"):
             notes.add("points and lines are left out")
         elif keyword not in SILENT:
-            notes.add(f"{keyword if keyword.isprintable() else repr(keyword)}: not read")
+            notes.add(f"lines that start with {keyword!r} are not read")
     if not polygons.sizes:
-        raise SceneError(f"{path}: has no faces")
+        raise SceneError(f"{path}: has no faces{CUT if rows['v'] else ''}")
     tables = {key: _table(path, key, rows[key], numbers[key]) for key in rows}
     return _pieces(path, polygons, list(keys), tables, notes)
 

@@ -75,10 +75,9 @@ def read_materials(path: Path, notes: Notes) -> dict[str, Material]:
         elif keyword in PICTURES:
             current.pictures[PICTURES[keyword]] = _picture(rest, path.parent, owner)
         elif keyword not in SILENT:
-            name = keyword if keyword.isprintable() else repr(keyword)
-            if name not in unread:
-                notes.add(f"{path.name}: line {line}: {name}: not read")
-            unread.add(name)
+            if keyword not in unread:
+                notes.add(f"{path.name}: line {line}: lines that start with {keyword!r} are not read")
+            unread.add(keyword)
     return out
 
 
