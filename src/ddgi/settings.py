@@ -129,7 +129,7 @@ _classic = replace(
 _fine = replace(
     _default,
     rays=replace(_default.rays, per_probe=384),
-    contact=replace(_default.contact, pixels=1.0, every=1),
+    contact=replace(_default.contact, every=1),
     direct=replace(_default.direct, environment="sampled"),
 )
 

@@ -20,4 +20,4 @@ def nearby(by: Illumination, surface: Surface, s: contact.Settings) -> mi.Color3
     """
     if s.pixels == 0:
         return mi.Color3f(0)
-    return contact.near_light(by, surface, s.pixels, sampling.PIXEL_CONTACT, bounded=True)
+    return contact.near_light(by, surface, s.pixels, sampling.PIXEL_CONTACT, pixels=True)

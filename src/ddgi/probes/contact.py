@@ -8,10 +8,14 @@ here it is everything around a point, and what is replaced is known, as probes k
 radiance itself (`volume.radiance_size`):
 
     E = E_field + pi * mean over cosine-distributed directions of near * (L_hit - L_probes)
+
+Pixels look for it twice over: what is near them has near things of its own, which the field does not
+know either. In the corner under a beam both faces are half as bright as the field says.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import drjit as dr
@@ -22,9 +26,16 @@ from typing_extensions import Doc
 from ddgi.extrema import at_most, clamp
 from ddgi.probes import query
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
-from ddgi.sampling import Clock, kronecker_2d
+from ddgi.sampling import Clock, apart, kronecker_2d, uniform_2d
 from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, matt_bounce
+
+MOST = 2.0
+"""Times the field's light at a pixel's point that one ray takes away at most.
+
+In front of a window that something near hides, few rays take away all and more: without a bound they leave
+dark dots in pictures, with one of 1 half of what should go stays.
+"""
 
 
 @settings_group("contact")
@@ -37,14 +48,14 @@ class Settings:
         Doc(
             "from pixels, one ray each a frame [spacings], where frames add up: single ones would show its grain; 0: not at all"
         ),
-    ] = 1.0
+    ] = 0.6
     hits: Annotated[
         float,
         Interval(ge=0, le=1000),
         Doc(
             "from what the probes' rays hit, one ray each an update [spacings]; 0: not at all, as with full paths (gather.bounces)"
         ),
-    ] = 1.0
+    ] = 0.8
     every: Annotated[
         int,
         Interval(ge=1, le=64),
@@ -66,7 +77,7 @@ def in_turn(number: mi.UInt32, few: int, every: int, time: Clock) -> mi.UInt32:
 
 
 def near_light(
-    by: Illumination, surface: Surface, reach: float, stream: int, *, bounded: bool = False
+    by: Illumination, surface: Surface, reach: float, stream: int, *, pixels: bool = False
 ) -> mi.Color3f:
     """What nearby surfaces add to the field's irradiance, a sample of it; it may be negative.
 
@@ -76,26 +87,47 @@ def near_light(
         reach: Length of the rays, in the smallest spacing of the probes. What is met in its second
             half counts less and less, down to nothing at its end.
         stream: Of random numbers (`ddgi.sampling`).
-        bounded: Take away no more than the field gives at the point. In front of a window that something near
-            hides, few samples take away all and more, which leaves black dots in pictures; in the field, where
-            many samples are averaged, a bound would only be wrong.
+        pixels: For a picture: what is met has what is near it too, and a ray takes away `MOST` times the field's
+            light at most. In the field, where many samples are averaged, a bound would only be wrong.
 
     Returns:
         (N,) irradiance [W/m^2].
     """
-    width = dr.width(surface.distance)
-    length = by.vol.grid.smallest_spacing * reach
     # Not of the sequence that lamps are sampled with: what is met and how it is lit would go together.
-    sample = kronecker_2d(by.time, stream, dr.arange(mi.UInt32, width), by.time.tick)
+    sample = kronecker_2d(by.time, stream, dr.arange(mi.UInt32, dr.width(surface.distance)), by.time.tick)
+    if not pixels:
+        return _sampled(by, surface, reach, stream, sample)
+    most = MOST * from_field(by, surface) * dr.inv_pi
+    return _sampled(by, surface, reach, stream, sample, most, again=True)
+
+
+def _sampled(
+    by: Illumination,
+    surface: Surface,
+    reach: float,
+    stream: int,
+    sample: mi.Point2f,
+    most: mi.Color3f | None = None,
+    again: bool = False,
+) -> mi.Color3f:
+    """`near_light` of one direction. (N,).
+
+    sample: (N,) uniform numbers. most: (N,) radiance that is taken away at most. again: For what is met too.
+    """
+    length, width = by.vol.grid.smallest_spacing * reach, dr.width(surface.distance)
     origin, direction = matt_bounce(surface, sample)
     near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
     light = from_lamps(by, near, stream) + from_field(by, near)
+    if again:
+        onward = replace(by, time=apart(by.time))
+        numbers = uniform_2d(onward.time, stream, dr.arange(mi.UInt32, width))
+        light += _sampled(onward, near, reach, stream, numbers)
     met = arriving(by, near, direction) + reflected(near, light)
     known = query.radiance(
         by.vol, surface.position, surface.normal, surface.to_viewer, direction, near.valid,
         by.layout, by.query, tap(by, width), surface.distance,
     )  # fmt: skip
-    if bounded:
-        known = at_most(known, from_field(by, surface) * dr.inv_pi)
+    if most is not None:
+        known = at_most(known, most)
     return dr.select(near.valid, dr.pi * share * (met - known), mi.Color3f(0))
