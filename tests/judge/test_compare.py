@@ -247,6 +247,7 @@ def test_a_black_scene_has_an_answer(tmp_path):
     assert found.figures()["flip_mean"] == 0
     assert found.figures()["luminance_error"] == 0
     assert "the reference is black: there is nothing to compare with" in found.notes
+    assert "FLIP" not in table(found)  # nor figures that look perfect
     assert not any("too noisy" in note for note in found.notes)
     assert "nothing to compare with" in table(found) and "good enough" not in table(found)
     assert not found.valid, "nothing to be right about"

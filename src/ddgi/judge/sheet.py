@@ -42,8 +42,8 @@ def sheet(found: Comparison) -> np.ndarray:
 
     Every row: picture, direct light, indirect light, FLIP error, signed relative error of luminance
     (full colour at 50 %; the dark counts less). In the reference's row the error is that between its
-    halves, and the last place belongs to the rival of equal time. At the foot: what the colours mean, and
-    whether the reference is good enough.
+    halves, and the last place belongs to the rival of equal time. At the foot: what the colours mean,
+    whether the reference is good enough, and what to know.
 
     Raises:
         DDGIError: Pillow is not installed.
@@ -62,7 +62,8 @@ def sheet(found: Comparison) -> np.ndarray:
         caption = f"rival, {frame.spp} spp denoised: {frame.difference.flip_mean:.4f}"
         first.append(Tile(caption, _display(frame.picture, shown)))
     return laid_out(
-        [first, *(_row(found, j, shown) for j in found.judged)], [LEGEND, *reference_lines(found)]
+        [first, *(_row(found, j, shown) for j in found.judged)],
+        [LEGEND, *reference_lines(found), *found.notes],
     )
 
 

@@ -21,28 +21,35 @@ COLUMNS = ("FLIP", "p99", "one frame", "luminance", "rel. MSE", "MFF mean", "MFF
 
 
 def table(found: Comparison) -> str:
-    """A row for each configuration; those that no other beats in error, time and memory carry a star."""
+    """A row for each configuration; those that no other beats in error, time and memory carry a star.
+
+    Of a black reference nothing but that.
+    """
     width = max(len(j.outcome.trial.name) for j in found.judged) + 2
+    if not found.reference.picture.any():
+        return "\n".join(reference_lines(found))
     noise = found.reference.noise
     best = front(found.judged, noise) if len(found.judged) > 1 else set()
     lines = [" " * width + "".join(f"{title:>11}" for title in COLUMNS)]
     for number, j in enumerate(found.judged):
         name = j.outcome.trial.name + ("*" if number in best else "")
         lines.append(f"{name:<{width}}" + "".join(f"{cell:>11}" for cell in _cells(j, noise)))
-    if any(DOUBTED in line for line in lines):
+    rivals = list(_rival_lines(found))
+    if any(DOUBTED in line for line in [*lines, *rivals]):
         lines.append(f"{DOUBTED} the reference's own noise may be more than half of it")
     if best:
         lines.append(
             "* no other configuration is at least as good in FLIP, ms/frame and MB, and better in one (FLIPs closer than "
             f"{100 * SAME_FLIP:.0f} % or below what the reference can tell, and times closer than {100 * SAME_TIME:.0f} %, count as the same)"
         )
-    lines += ["", *TERMS, "", *reference_lines(found), *_rival_lines(found)]
+    lines += ["", *TERMS, "", *reference_lines(found), *rivals]
     return "\n".join(lines)
 
 
 def _rival_lines(found: Comparison) -> Iterator[str]:
     """What a path tracer makes of the first configuration's time; whole samples do not fit it exactly."""
-    first = found.judged[0]
+    first, noise = found.judged[0], found.reference.noise
+    flip = lambda d: f"{d.flip_mean:.4f}{doubted(d.flip_mean, noise)}"  # noqa: E731
     ours = {
         "frame": (first.single, first.outcome.frame_ms),
         "still": (first.difference, first.outcome.frame_ms * first.outcome.frames),
@@ -51,7 +58,7 @@ def _rival_lines(found: Comparison) -> Iterator[str]:
         apart, ms = ours[name]
         yield (
             f"rival, {name}: {counted(r.spp, 'sample')} a pixel in {r.ms:.0f} ms, denoised in {r.denoise_ms:.0f} ms more: "
-            f"FLIP {r.difference.flip_mean:.4f}; {first.outcome.trial.name} in {ms:.0f} ms: {apart.flip_mean:.4f}"
+            f"FLIP {flip(r.difference)}; {first.outcome.trial.name} in {ms:.0f} ms: {flip(apart)}"
         )
 
 
