@@ -122,7 +122,8 @@ def _add_delta_lights(out, tracer, lights, surface, specular, share) -> Reflecte
     if count <= UNROLLED_LIGHTS:
         for number in range(count):
             row = delta_light(lights.delta, mi.UInt32(number))
-            dr.eval(row)  # scalars in memory: else every lane would gather the row for itself
+            if not dr.flag(dr.JitFlag.SymbolicScope):  # inside a branch nothing can be evaluated
+                dr.eval(row)  # scalars in memory: else every lane would gather the row for itself
             out = _add(out, tracer, surface, shone(row, mi.UInt32(number)), specular)
         return out
 

@@ -56,26 +56,34 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
     """
     if s.bounces == 0:
         return None
-    width = dr.width(surface.distance)
-    lane = dr.arange(mi.UInt32, width)
     shining = surface.lit & ((surface.metallic > 0) | (surface.specular > 0))
     usual = from_field(by, surface) * dr.inv_pi
-    radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
-    for bounce in range(s.bounces):
-        sample = _numbers(by.time, lane * s.bounces + bounce, bounce)
-        direction, share = brdf.sample_ggx(surface, sample)
-        outside = shining & (dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0)
-        origin = offset_origin(surface, direction)
-        seen = by.tracer.intersect(
-            origin, direction, outside, time=by.time, stream=sampling.PIXEL_GLOSS_ALPHA
+    return dr.if_stmt(
+        (surface, usual), shining, lambda surface, usual: _path(by, surface, usual, 0, s), lambda *_: mi.Color3f(0)
+    )
+
+
+def _path(by: Illumination, surface: Surface, usual: mi.Color3f, bounce: int, s: Settings) -> mi.Color3f:
+    """Radiance that the lobe sends back, by one ray and what follows from where it ends. (W H,).
+
+    usual: (W H,) the mean radiance around the pixels' points. bounce: How many reflections came before.
+    """
+    lane = dr.arange(mi.UInt32, dr.width(surface.distance))
+    direction, share = brdf.sample_ggx(surface, _numbers(by.time, lane * s.bounces + bounce, bounce))
+    outside = dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0
+    origin = offset_origin(surface, direction)
+    seen = by.tracer.intersect(origin, direction, outside, time=by.time, stream=sampling.PIXEL_GLOSS_ALPHA)
+    onward = mi.Bool(False)
+    further = mi.Color3f(0)
+    if bounce + 1 < s.bounces:
+        onward = seen.lit & (seen.metallic > METAL) & sharp(surface)
+        # A branch, as few paths go on.
+        further = dr.if_stmt(
+            (seen, usual), onward, lambda seen, usual: _path(by, seen, usual, bounce + 1, s), lambda *_: mi.Color3f(0)
         )
-        throughput = dr.select(outside, throughput * share, mi.Color3f(0))
-        onward = seen.lit & (seen.metallic > METAL) & sharp(surface) & (bounce + 1 < s.bounces)
-        back = _bounded(_sent_back(by, seen, onward), surface, usual)
-        met = arriving(by, seen, direction, whole=sharp(surface)) + back
-        radiance += dr.select(outside, throughput * met, mi.Color3f(0))
-        surface, shining = seen, onward
-    return radiance
+    back = _bounded(_sent_back(by, seen, onward), surface, usual)
+    met = arriving(by, seen, direction, whole=sharp(surface)) + back + further
+    return dr.select(outside, share * met, mi.Color3f(0))
 
 
 def _numbers(time: Clock, index: mi.UInt32, bounce: int) -> mi.Point2f:

@@ -95,10 +95,7 @@ def near_light(
     """
     # Not of the sequence that lamps are sampled with: what is met and how it is lit would go together.
     sample = kronecker_2d(by.time, stream, dr.arange(mi.UInt32, dr.width(surface.distance)), by.time.tick)
-    if not pixels:
-        return _sampled(by, surface, reach, stream, sample)
-    most = MOST * from_field(by, surface) * dr.inv_pi
-    return _sampled(by, surface, reach, stream, sample, most, again=True)
+    return _sampled(by, surface, reach, stream, sample, for_picture=pixels)
 
 
 def _sampled(
@@ -107,27 +104,35 @@ def _sampled(
     reach: float,
     stream: int,
     sample: mi.Point2f,
-    most: mi.Color3f | None = None,
-    again: bool = False,
+    *,
+    for_picture: bool = False,
 ) -> mi.Color3f:
-    """`near_light` of one direction. (N,).
-
-    sample: (N,) uniform numbers. most: (N,) radiance that is taken away at most. again: For what is met too.
-    """
-    length, width = by.vol.grid.smallest_spacing * reach, dr.width(surface.distance)
+    """`near_light` of one direction, chosen by uniform numbers. sample, result: (N,)."""
+    length = by.vol.grid.smallest_spacing * reach
     origin, direction = matt_bounce(surface, sample)
     near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
-    light = from_lamps(by, near, stream) + from_field(by, near)
-    if again:
-        onward = replace(by, time=apart(by.time))
-        numbers = uniform_2d(onward.time, stream, dr.arange(mi.UInt32, width))
-        light += _sampled(onward, near, reach, stream, numbers)
-    met = arriving(by, near, direction) + reflected(near, light)
-    known = query.radiance(
-        by.vol, surface.position, surface.normal, surface.to_viewer, direction, near.valid,
-        by.layout, by.query, tap(by, width), surface.distance,
+
+    def gained(surface: Surface, near: Surface, direction: mi.Vector3f, share: mi.Float) -> mi.Color3f:
+        light = from_lamps(by, near, stream) + from_field(by, near)
+        if for_picture:
+            onward = replace(by, time=apart(by.time))
+            numbers = uniform_2d(onward.time, stream, dr.arange(mi.UInt32, dr.width(share)))
+            light += _sampled(onward, near, reach, stream, numbers)
+        known = _known(by, surface, direction)
+        if for_picture:
+            known = at_most(known, MOST * from_field(by, surface) * dr.inv_pi)
+        return dr.pi * share * (arriving(by, near, direction) + reflected(near, light) - known)
+
+    # A branch, as most points have nothing near them, nor have their neighbours.
+    return dr.if_stmt(
+        (surface, near, direction, share), share > 0, gained, lambda *_: mi.Color3f(0)
+    )
+
+
+def _known(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:
+    """Radiance [W/(m^2 sr)] that the probes around points saw in a direction. (N,)."""
+    return query.radiance(
+        by.vol, surface.position, surface.normal, surface.to_viewer, direction, surface.lit,
+        by.layout, by.query, tap(by, dr.width(surface.distance)), surface.distance,
     )  # fmt: skip
-    if most is not None:
-        known = at_most(known, most)
-    return dr.select(near.valid, dr.pi * share * (met - known), mi.Color3f(0))
