@@ -9,13 +9,15 @@ import ddgi
 from ddgi.config import load_settings
 from ddgi.errors import DDGIError
 from ddgi.judge import denoiser, sheet
+from ddgi.judge.cache import Key
 from ddgi.judge.compare import _doubts, _still_dark, compare
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.lettering import text_width, wrapped
-from ddgi.judge.path_tracer import Samples
-from ddgi.judge.rival import sample_ms, samples_in
+from ddgi.judge.path_tracer import PathTracer, Samples
+from ddgi.judge.rival import in_steps, kept_rival, sample_ms, samples_in
 from ddgi.judge.table import DOUBTED, front, reference_lines, table
 from ddgi.judge.trial import Trial, run
+from ddgi.judge.view import look, remarks
 from ddgi.scene.camera import look_at
 
 QUICK = ("rays.per_probe=32", "grid.budget=200")
@@ -85,6 +87,46 @@ def test_rivals_get_as_many_samples_as_fit():
     assert samples_in(10, 40) == 1, "one at least"
 
 
+@pytest.mark.parametrize("spp, step", [(1, 1), (7, 7), (8, 8), (298, 304), (330, 304), (340, 362), (4096, 4096)])
+def test_long_rivals_go_in_steps_of_a_quarter_octave(spp, step):
+    assert in_steps(spp) == step
+
+
+def test_a_long_rival_is_traced_once(scene, tmp_path):
+    """Later it comes from the cache, and a damaged file is made anew."""
+
+    class Counted(PathTracer):
+        renders = 0
+
+        def render(self, camera, spp, seed):
+            self.renders += 1
+            return super().render(camera, spp, seed)
+
+    tracer, key, guides = Counted(scene), Key.of(scene, scene.camera, tmp_path), look(scene).guides
+    reference = tracer.render(scene.camera, 4, 99).picture
+    tracer.renders = 0
+
+    def traced():
+        return kept_rival(tracer, scene.camera, 8, guides, reference, 7, 2.5, key)
+
+    first, again = traced(), traced()
+    assert tracer.renders == 1
+    assert np.array_equal(first.picture, again.picture)
+    assert (again.spp, again.ms) == (8, 20.0), "the time is what 8 samples take now"
+    (file,) = tmp_path.iterdir()
+    file.write_bytes(b"no picture")
+    assert np.array_equal(traced().picture, first.picture)
+    assert tracer.renders == 2
+
+
+def test_a_folder_that_takes_no_files_costs_no_rival(scene, tmp_path):
+    (tmp_path / "file").write_text("")
+    key, tracer = Key.of(scene, scene.camera, tmp_path / "file"), PathTracer(scene)
+    reference = tracer.render(scene.camera, 4, 99).picture
+    found = kept_rival(tracer, scene.camera, 4, look(scene).guides, reference, 7, 2.5, key)
+    assert found.spp == 4
+
+
 def test_a_sample_costs_what_one_more_takes():
     """A tracer that needs 5 ms to start and 2 for each sample."""
 
@@ -102,6 +144,26 @@ def test_without_a_warm_up_the_dark_start_is_told_of(found, frames, told):
     lines = _still_dark([replace(found.judged[0], outcome=outcome)])
     assert bool(lines) == told
     assert all("blend.warm_up" in line for line in lines)
+
+
+def test_too_bright_pictures_point_at_leaks(found):
+    bright = replace(found.judged[0].difference, luminance_error=0.08)
+    assert not any("leak" in line for line in _doubts(found.reference, 0.1, found.judged))
+    doubts = _doubts(found.reference, 0.1, [replace(found.judged[0], difference=bright)])
+    assert any("ddgi info" in line for line in doubts)
+
+
+def test_tone_is_said_to_change_nothing(found):
+    darker = trial("darker", "tone.exposure=-2")
+    outcome = replace(found.judged[0].outcome, trial=darker)
+    assert not any("tone" in line for line in found.notes)
+    doubts = _doubts(found.reference, 0.1, [replace(found.judged[0], outcome=outcome)])
+    assert any("tone" in line for line in doubts)
+
+
+@pytest.mark.parametrize("empty, told", [(0.05, False), (0.4, True), (1.0, True)])
+def test_empty_pixels_are_told_of(scene, empty, told):
+    assert bool(remarks(replace(look(scene), empty=empty))) == told
 
 
 def test_table_names_every_configuration_and_the_front(found):

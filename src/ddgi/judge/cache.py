@@ -1,4 +1,4 @@
-"""References on disk: one file per view, found by what it shows.
+"""Path-traced pictures on disk, found by what they show: a reference per view, and the rivals of it.
 
 Files of another version of this package's format, of Mitsuba, or cut short, are ignored.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ FORMAT = 2
 
 @dataclass(frozen=True)
 class Key:
-    """What a reference shows, and where it is kept."""
+    """What a picture shows, and where it is kept."""
 
     text: str
     path: Path
@@ -41,6 +41,12 @@ class Key:
         width, height = camera.size
         return cls(text, (folder or default_folder()) / name, (height, width))
 
+    def beside(self, what: str) -> Key:
+        """Key of another picture of the same view. what: letters, digits and dashes."""
+        return replace(
+            self, text=f"{self.text}, {what}", path=self.path.with_name(f"{self.path.stem}-{what}.npz")
+        )
+
 
 def default_folder() -> Path:
     """`$DDGI_CACHE_DIR`, else `ddgi` in the user's folder for caches."""
@@ -49,25 +55,24 @@ def default_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ddgi" / "references"
 
 
-def load(key: Key) -> dict[str, Any] | None:
-    """What was stored under a key; None if there is nothing usable."""
+def load(key: Key, shapes: dict[str, tuple[int, ...]]) -> dict[str, Any] | None:
+    """What was stored under a key; None if there is nothing usable.
+
+    Args:
+        key: As it was stored.
+        shapes: Of the pictures among it, which must be finite.
+    """
     try:
         with open(key.path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
             if str(file["key"]) != key.text:
                 return None
-            halves, direct = file["halves"], file["direct"]
-            whole = halves.shape == (2, *direct.shape) and direct.shape == (*key.shape, 3)
-            if not (whole and np.isfinite(halves).all() and np.isfinite(direct).all()):
-                return None
-            return {
-                "halves": halves,
-                "direct": direct,
-                "spp": int(file["spp"]),
-                "noise": float(file["noise"]),
-                "start": str(file["start"]),
-            }
+            values = {name: file[name] for name in file.files if name != "key"}
     except Exception:  # missing, cut short, another format: numpy and zipfile raise many kinds
         return None
+    pictures = [(values.get(name), shape) for name, shape in shapes.items()]
+    if any(p is None or p.shape != shape or not np.isfinite(p).all() for p, shape in pictures):
+        return None
+    return {name: value if value.ndim else value.item() for name, value in values.items()}
 
 
 def make_folder(key: Key) -> None:

@@ -15,16 +15,20 @@ from ddgi import __version__
 from ddgi.config import as_table
 from ddgi.errors import SettingsError
 from ddgi.judge import denoiser
+from ddgi.judge.cache import Key
 from ddgi.judge.metrics import Difference, difference, load_flip
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.reference import Reference, make_reference
-from ddgi.judge.rival import Rival, rival, sample_ms, samples_in
+from ddgi.judge.rival import Rival, in_steps, kept_rival, rival, sample_ms, samples_in
 from ddgi.judge.trial import Outcome, Trial, run
 from ddgi.judge.view import look, remarks
 from ddgi.judge.watch import NOBODY, Watch
+from ddgi.passes import tone
 from ddgi.plural import counted
 from ddgi.scene.scene import Scene
 
+TOO_BRIGHT = 0.05
+"""Error of the mean luminance from which on a picture is too bright as a whole."""
 FORGOTTEN = 0.01
 """Share of the first update in the field that does no harm."""
 RIVAL_SEEDS = (1 << 30, (1 << 30) + (1 << 20))
@@ -135,7 +139,7 @@ def compare(
         notes.append(f"no rival: {denoiser.MISSING}")
     elif rivals:
         watch.phase("path tracing the rivals")
-        found = _rivals(scene, judged[0].outcome, truth, view.guides)
+        found = _rivals(scene, judged[0].outcome, truth, view.guides, folder)
     return Comparison(scene, target, truth, judged, found, notes)
 
 
@@ -152,14 +156,15 @@ def _renamed(judged: Judged, trial: Trial) -> Judged:
     return replace(judged, outcome=replace(judged.outcome, trial=trial))
 
 
-def _rivals(scene: Scene, ours: Outcome, truth: Reference, guides) -> dict[str, Rival]:
+def _rivals(scene: Scene, ours: Outcome, truth: Reference, guides, folder: Path | None) -> dict[str, Rival]:
     """Both rivals of one outcome."""
-    tracer = PathTracer(scene)
-    per_sample = sample_ms(tracer, scene.camera)
-    times = {"frame": ours.frame_ms, "still": ours.frame_ms * ours.frames}
+    tracer, camera = PathTracer(scene), scene.camera
+    cost = sample_ms(tracer, camera)
+    few, many = samples_in(ours.frame_ms, cost), in_steps(samples_in(ours.frame_ms * ours.frames, cost))
+    key = Key.of(scene, camera, folder)
     return {
-        name: rival(tracer, scene.camera, samples_in(ms, per_sample), guides, truth.picture, seed)
-        for (name, ms), seed in zip(times.items(), RIVAL_SEEDS, strict=True)
+        "frame": rival(tracer, camera, few, guides, truth.picture, RIVAL_SEEDS[0]),
+        "still": kept_rival(tracer, camera, many, guides, truth.picture, RIVAL_SEEDS[1], cost, key),
     }
 
 
@@ -174,7 +179,7 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
             f"after {counted(truth.spp, 'sample')} a pixel, {target / 2:g} needed, which takes {_times(truth, target):,} times the samples or more{_seconds(truth, target)}: "
             "give it more time, or a smaller picture"
         )
-    lines += [*_all_warm_up(judged), *_still_dark(judged)]
+    lines += [*_all_warm_up(judged), *_still_dark(judged), *_off(judged), *_toned(judged)]
     for j in judged:
         if j.outcome.non_finite:
             lines.append(
@@ -192,6 +197,20 @@ def _seconds(truth: Reference, target: float) -> str:
     """What that takes, if samples were made that tell."""
     seconds = (_times(truth, target) - 1) * truth.spp * truth.sample_seconds
     return f" (some {math.ceil(seconds):,} s)" if seconds else ""
+
+
+def _off(judged: Sequence[Judged]) -> list[str]:
+    """Where to look for the reason if a whole picture is too bright."""
+    if all(j.difference.luminance_error < TOO_BRIGHT for j in judged):
+        return []
+    return ["too bright as a whole: light may leak through thin walls, of which `ddgi info` tells"]
+
+
+def _toned(judged: Sequence[Judged]) -> list[str]:
+    """That nothing here is shown as the settings would have it."""
+    if all(j.outcome.trial.settings.tone == tone.Settings() for j in judged):
+        return []
+    return ["tone changes nothing in a comparison: every picture is shown as suits the reference"]
 
 
 def _still_dark(judged: Sequence[Judged]) -> list[str]:

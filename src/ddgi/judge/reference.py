@@ -104,8 +104,7 @@ def make_reference(
         OutputError: The reference cannot be kept.
     """
     key = Key.of(scene, camera, folder)
-    found = load(key)
-    known = None if found is None else Reference(**found)
+    known = kept(key)
     if known is not None and (known.good_for(target) or most_seconds <= 0):
         return known
     make_folder(key)  # before the work starts
@@ -132,6 +131,13 @@ def make_reference(
             store(key, {name: getattr(known, name) for name in KEPT})
     assert known is not None  # the first samples are always taken
     return replace(known, sample_seconds=pace.per_sample / 2)
+
+
+def kept(key: Key) -> Reference | None:
+    """The reference stored under a key; None if there is none that is whole."""
+    picture = (*key.shape, 3)
+    found = load(key, {"halves": (2, *picture), "direct": picture})
+    return Reference(**found) if found is not None and found.keys() == set(KEPT) else None
 
 
 Maker = Callable[[int, int], tuple[np.ndarray, np.ndarray]]

@@ -2,20 +2,25 @@
 
 `frame`: the time of one of our frames, against one frame of our converged field. `still`: the time
 of all our frames, warm-up included, against the picture they add up to. The denoiser's time is
-reported, not charged.
+reported, not charged. What takes long to trace is kept beside the reference, for samples in steps, so
+that the next comparison finds it.
 """
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
 import numpy as np
 
+from ddgi.errors import OutputError
+from ddgi.judge.cache import Key, load, store
 from ddgi.judge.denoiser import Guides, denoise
 from ddgi.judge.metrics import Difference, difference
-from ddgi.judge.path_tracer import PathTracer
+from ddgi.judge.path_tracer import PathTracer, Samples
 from ddgi.scene.camera import Camera
 
 TRIALS = 3
@@ -23,6 +28,8 @@ TRIALS = 3
 FEW, MANY = 1, 9
 """Samples per pixel of renderings that are timed: what a sample costs is their difference."""
 MOST_SAMPLES = 4096
+STEPS = 4
+"""Numbers of samples that are kept, to a doubling."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +71,31 @@ def rival(
     Raises:
         DDGIError: The denoiser or FLIP is not installed.
     """
-    spp = min(spp, MOST_SAMPLES)
+    return _denoised(tracer.render(camera, spp, seed), guides, reference)
+
+
+def kept_rival(
+    tracer: PathTracer, camera: Camera, spp: int, guides: Guides, reference: np.ndarray, seed: int,
+    sample_ms: float, key: Key,
+) -> Rival:  # fmt: skip
+    """`rival`, from the cache if it is there; its time is then what its samples take now.
+
+    Args:
+        tracer, camera, spp, guides, reference, seed: As of `rival`.
+        sample_ms: What a sample takes [ms].
+        key: Of the reference.
+    """
+    key = key.beside(f"rival-{spp}-{seed}")
+    found = load(key, {"picture": (*key.shape, 3)})
+    if found is not None:
+        return _denoised(Samples(found["picture"], spp, spp * sample_ms), guides, reference)
     samples = tracer.render(camera, spp, seed)
+    with suppress(OutputError):  # a folder that takes no files costs the next comparison some time, and this one nothing
+        store(key, {"picture": samples.picture})
+    return _denoised(samples, guides, reference)
+
+
+def _denoised(samples: Samples, guides: Guides, reference: np.ndarray) -> Rival:
     noisy = np.maximum(np.nan_to_num(samples.picture, posinf=0.0), 0)
     clean, ms = denoise(noisy, guides)
     return Rival(clean, samples.spp, samples.ms, ms, difference(clean, reference))
@@ -73,4 +103,9 @@ def rival(
 
 def samples_in(ms: float, sample_ms: float) -> int:
     """Samples per pixel that a path tracer finishes in a time: one at least."""
-    return max(1, round(ms / sample_ms))
+    return max(1, min(round(ms / sample_ms), MOST_SAMPLES))
+
+
+def in_steps(spp: int) -> int:
+    """The nearest of numbers of samples that lie a quarter of an octave apart: times scatter by as much."""
+    return round(2 ** (round(STEPS * math.log2(spp)) / STEPS))

@@ -51,4 +51,8 @@ def remarks(view: View) -> list[str]:
         )
     if view.empty == 1:
         lines.append("the camera sees nothing of the scene")
+    elif view.empty > 0.1:
+        lines.append(
+            f"{100 * view.empty:.0f} % of the picture is empty and hardly ever wrong: mean FLIP is the lower for it"
+        )
     return lines
