@@ -14,7 +14,7 @@ from ddgi.judge.compare import _doubts, _still_dark, compare
 from ddgi.judge.false_colour import BLUE_RED, INFERNO, coloured
 from ddgi.judge.lettering import text_width, wrapped
 from ddgi.judge.path_tracer import PathTracer, Samples
-from ddgi.judge.rival import in_steps, kept_rival, sample_ms, samples_in
+from ddgi.judge.rival import in_steps, kept_samples, sample_ms, samples_in
 from ddgi.judge.table import DOUBTED, front, reference_lines, table
 from ddgi.judge.trial import Trial, run
 from ddgi.judge.view import look, remarks
@@ -87,7 +87,9 @@ def test_rivals_get_as_many_samples_as_fit():
     assert samples_in(10, 40) == 1, "one at least"
 
 
-@pytest.mark.parametrize("spp, step", [(1, 1), (7, 7), (8, 8), (298, 304), (330, 304), (340, 362), (4096, 4096)])
+@pytest.mark.parametrize(
+    "spp, step", [(1, 1), (7, 7), (8, 8), (298, 304), (330, 304), (340, 362), (4096, 4096)]
+)
 def test_long_rivals_go_in_steps_of_a_quarter_octave(spp, step):
     assert in_steps(spp) == step
 
@@ -102,12 +104,10 @@ def test_a_long_rival_is_traced_once(scene, tmp_path):
             self.renders += 1
             return super().render(camera, spp, seed)
 
-    tracer, key, guides = Counted(scene), Key.of(scene, scene.camera, tmp_path), look(scene).guides
-    reference = tracer.render(scene.camera, 4, 99).picture
-    tracer.renders = 0
+    tracer, key = Counted(scene), Key.of(scene, scene.camera, tmp_path)
 
     def traced():
-        return kept_rival(tracer, scene.camera, 8, guides, reference, 7, 2.5, key)
+        return kept_samples(tracer, scene.camera, 8, 7, 2.5, key)
 
     first, again = traced(), traced()
     assert tracer.renders == 1
@@ -121,10 +121,8 @@ def test_a_long_rival_is_traced_once(scene, tmp_path):
 
 def test_a_folder_that_takes_no_files_costs_no_rival(scene, tmp_path):
     (tmp_path / "file").write_text("")
-    key, tracer = Key.of(scene, scene.camera, tmp_path / "file"), PathTracer(scene)
-    reference = tracer.render(scene.camera, 4, 99).picture
-    found = kept_rival(tracer, scene.camera, 4, look(scene).guides, reference, 7, 2.5, key)
-    assert found.spp == 4
+    key = Key.of(scene, scene.camera, tmp_path / "file")
+    assert kept_samples(PathTracer(scene), scene.camera, 4, 7, 2.5, key).spp == 4
 
 
 def test_a_sample_costs_what_one_more_takes():

@@ -19,7 +19,7 @@ from ddgi.judge.cache import Key
 from ddgi.judge.metrics import Difference, difference, load_flip
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.reference import Reference, make_reference
-from ddgi.judge.rival import Rival, in_steps, kept_rival, rival, sample_ms, samples_in
+from ddgi.judge.rival import Rival, in_steps, kept_samples, rival, sample_ms, samples_in
 from ddgi.judge.trial import Outcome, Trial, run
 from ddgi.judge.view import look, remarks
 from ddgi.judge.watch import NOBODY, Watch
@@ -162,10 +162,11 @@ def _rivals(scene: Scene, ours: Outcome, truth: Reference, guides, folder: Path 
     cost = sample_ms(tracer, camera)
     few, many = samples_in(ours.frame_ms, cost), in_steps(samples_in(ours.frame_ms * ours.frames, cost))
     key = Key.of(scene, camera, folder)
-    return {
-        "frame": rival(tracer, camera, few, guides, truth.picture, RIVAL_SEEDS[0]),
-        "still": kept_rival(tracer, camera, many, guides, truth.picture, RIVAL_SEEDS[1], cost, key),
+    samples = {
+        "frame": tracer.render(camera, few, RIVAL_SEEDS[0]),
+        "still": kept_samples(tracer, camera, many, RIVAL_SEEDS[1], cost, key),
     }
+    return {name: rival(those, guides, truth.picture) for name, those in samples.items()}
 
 
 def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[str]:

@@ -63,42 +63,41 @@ def sample_ms(tracer: PathTracer, camera: Camera) -> float:
     return max(many - few, 0.1 * many) / (MANY - FEW)
 
 
-def rival(
-    tracer: PathTracer, camera: Camera, spp: int, guides: Guides, reference: np.ndarray, seed: int
-) -> Rival:
-    """Path trace with `spp` samples per pixel, denoise, compare. `sample_ms` has compiled what it takes.
+def rival(samples: Samples, guides: Guides, reference: np.ndarray) -> Rival:
+    """Samples denoised, and held against the reference.
 
     Raises:
         DDGIError: The denoiser or FLIP is not installed.
     """
-    return _denoised(tracer.render(camera, spp, seed), guides, reference)
+    noisy = np.maximum(np.nan_to_num(samples.picture, posinf=0.0), 0)
+    clean, ms = denoise(noisy, guides)
+    return Rival(clean, samples.spp, samples.ms, ms, difference(clean, reference))
 
 
-def kept_rival(
-    tracer: PathTracer, camera: Camera, spp: int, guides: Guides, reference: np.ndarray, seed: int,
-    sample_ms: float, key: Key,
-) -> Rival:  # fmt: skip
-    """`rival`, from the cache if it is there; its time is then what its samples take now.
+def kept_samples(
+    tracer: PathTracer, camera: Camera, spp: int, seed: int, sample_ms: float, key: Key
+) -> Samples:
+    """Samples from the cache if they are there; their time is then what they take now.
 
     Args:
-        tracer, camera, spp, guides, reference, seed: As of `rival`.
+        tracer: Makes them where they are not there.
+        camera: The view.
+        spp: How many a pixel.
+        seed: Equal seeds give equal samples.
         sample_ms: What a sample takes [ms].
         key: Of the reference.
     """
     key = key.beside(f"rival-{spp}-{seed}")
     found = load(key, {"picture": (*key.shape, 3)})
     if found is not None:
-        return _denoised(Samples(found["picture"], spp, spp * sample_ms), guides, reference)
+        return Samples(found["picture"], spp, spp * sample_ms)
     samples = tracer.render(camera, spp, seed)
-    with suppress(OutputError):  # a folder that takes no files costs the next comparison some time, and this one nothing
-        store(key, {"picture": samples.picture})
-    return _denoised(samples, guides, reference)
-
-
-def _denoised(samples: Samples, guides: Guides, reference: np.ndarray) -> Rival:
-    noisy = np.maximum(np.nan_to_num(samples.picture, posinf=0.0), 0)
-    clean, ms = denoise(noisy, guides)
-    return Rival(clean, samples.spp, samples.ms, ms, difference(clean, reference))
+    with suppress(
+        OutputError
+    ):  # without a place for it, the next comparison takes longer, and this one does not
+        if np.isfinite(samples.picture).all():
+            store(key, {"picture": samples.picture})
+    return samples
 
 
 def samples_in(ms: float, sample_ms: float) -> int:

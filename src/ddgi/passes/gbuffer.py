@@ -34,5 +34,5 @@ def gbuffer(tracer: Tracer, camera: Camera, time: Clock, s: Settings) -> Surface
     pixel = dr.arange(mi.UInt32, camera.size[0] * camera.size[1])
     origin, direction = camera_rays(camera, tracer.origin, pixel, within)
     return tracer.intersect(
-        origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True
+        origin, direction, mi.Bool(True), time=time, stream=sampling.PIXEL_ALPHA, coherent=True, bumps=True
     )

@@ -59,7 +59,10 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
     shining = surface.lit & ((surface.metallic > 0) | (surface.specular > 0))
     usual = from_field(by, surface) * dr.inv_pi
     return dr.if_stmt(
-        (surface, usual), shining, lambda surface, usual: _path(by, surface, usual, 0, s), lambda *_: mi.Color3f(0)
+        (surface, usual),
+        shining,
+        lambda surface, usual: _path(by, surface, usual, 0, s),
+        lambda *_: mi.Color3f(0),
     )
 
 
@@ -72,14 +75,19 @@ def _path(by: Illumination, surface: Surface, usual: mi.Color3f, bounce: int, s:
     direction, share = brdf.sample_ggx(surface, _numbers(by.time, lane * s.bounces + bounce, bounce))
     outside = dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0
     origin = offset_origin(surface, direction)
-    seen = by.tracer.intersect(origin, direction, outside, time=by.time, stream=sampling.PIXEL_GLOSS_ALPHA)
+    seen = by.tracer.intersect(
+        origin, direction, outside, time=by.time, stream=sampling.PIXEL_GLOSS_ALPHA, bumps=True
+    )
     onward = mi.Bool(False)
     further = mi.Color3f(0)
     if bounce + 1 < s.bounces:
         onward = seen.lit & (seen.metallic > METAL) & sharp(surface)
         # A branch, as few paths go on.
         further = dr.if_stmt(
-            (seen, usual), onward, lambda seen, usual: _path(by, seen, usual, bounce + 1, s), lambda *_: mi.Color3f(0)
+            (seen, usual),
+            onward,
+            lambda seen, usual: _path(by, seen, usual, bounce + 1, s),
+            lambda *_: mi.Color3f(0),
         )
     back = _bounded(_sent_back(by, seen, onward), surface, usual)
     met = arriving(by, seen, direction, whole=sharp(surface)) + back + further

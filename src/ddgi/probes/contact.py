@@ -110,7 +110,11 @@ def _sampled(
     """`near_light` of one direction, chosen by uniform numbers. sample, result: (N,)."""
     length = by.vol.grid.smallest_spacing * reach
     origin, direction = matt_bounce(surface, sample)
-    near = by.tracer.intersect(origin, direction, surface.lit, time=by.time, stream=stream, reach=length)
+    outside = (
+        dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0
+    )  # a bumped normal sees its own surface
+    active = surface.lit & outside
+    near = by.tracer.intersect(origin, direction, active, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
 
     def gained(surface: Surface, near: Surface, direction: mi.Vector3f, share: mi.Float) -> mi.Color3f:
@@ -125,9 +129,7 @@ def _sampled(
         return dr.pi * share * (arriving(by, near, direction) + reflected(near, light) - known)
 
     # A branch, as most points have nothing near them, nor have their neighbours.
-    return dr.if_stmt(
-        (surface, near, direction, share), share > 0, gained, lambda *_: mi.Color3f(0)
-    )
+    return dr.if_stmt((surface, near, direction, share), share > 0, gained, lambda *_: mi.Color3f(0))
 
 
 def _known(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import mitsuba as mi
 import numpy as np
@@ -61,9 +62,47 @@ class Image:
         values[..., :3] = (values[..., :3] @ LUMINANCE)[..., None]
         return replace(self, texels=values.astype(np.float16))
 
+    def laid_as(self, other: Image) -> bool:
+        """Whether both cover a surface in the same way."""
+        ours, theirs = ((i.wrap, i.nearest, tuple(map(tuple, i.to_uv))) for i in (self, other))
+        return ours == theirs
+
     def clamped(self) -> Image:
         """Colours limited to [0, 1], as reflectances must be."""
         return replace(self, texels=np.clip(self.texels, 0, 1))
+
+
+def beside(red: Image | float, green: Image | float) -> Image:
+    """Two channels, pictures of one channel each or numbers, in one picture; they lie as the first picture does.
+
+    The one with fewer texels is enlarged as a lookup would see it.
+    """
+    layout = next(value for value in (red, green) if isinstance(value, Image))
+    channels = [
+        value.texels[..., 0] if isinstance(value, Image) else np.full((1, 1), value) for value in (red, green)
+    ]
+    size = [max(pair) for pair in zip(*(values.shape for values in channels), strict=True)]
+    texels = np.ones((*size, 4), np.float16)
+    for number, values in enumerate(channels):
+        for axis in (0, 1):
+            values = _enlarged(values, axis, size[axis], layout)
+        texels[..., number] = values
+    return replace(layout, texels=texels)
+
+
+def _enlarged(values: np.ndarray, axis: int, size: int, layout: Image) -> np.ndarray:
+    """A channel with more texels along an axis, by the layout's filter and at its edges as its wrap mode has it."""
+    count = values.shape[axis]
+    if count == size:
+        return values
+    position = (np.arange(size) + 0.5) * count / size
+    if layout.nearest:
+        return values.take(position.astype(int), axis)
+    first = np.floor(position - 0.5).astype(int)
+    mode: Literal["wrap", "clip"] = "wrap" if layout.wrap == REPEAT else "clip"
+    low, high = (values.take(first + k, axis, mode=mode).astype(np.float32) for k in (0, 1))
+    share = np.expand_dims(position - 0.5 - first, 1 - axis)
+    return low + share * (high - low)
 
 
 class Pack:

@@ -55,7 +55,9 @@ def make_lambertian(tree: PluginTree, geometry: Geometry) -> Geometry:
 def lambertian(row: Row) -> Row:
     """The row without highlight; what a metal reflects in all directions together, a matt surface does."""
     kept = 1 + (rough_share(row.alpha) - 1) * row.metallic
-    return replace(row, base=scaled(row.base, kept), metallic=0.0, alpha=1.0, specular=0.0)
+    return replace(
+        row, base=scaled(row.base, kept), metallic=0.0, alpha=1.0, specular=0.0, gloss=None, normal=None
+    )
 
 
 class Palette:

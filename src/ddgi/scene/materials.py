@@ -14,7 +14,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.own_memory import own
-from ddgi.scene.image import Image, Pack
+from ddgi.scene.image import Image, Pack, beside
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.reflectance import hemispherical_reflectance
@@ -39,6 +39,10 @@ class Row:
     specular: float = 0.0
     opacity: float | Image = 1.0
     double_sided: bool = False
+    gloss: Image | None = (
+        None  # metallic in red and alpha in green, where they vary; the numbers are their means
+    )
+    normal: Image | None = None  # of unit length, as (n + 1) / 2
     emission: Value | None = None
     vertex_color: VertexValues | None = None  # multiplied with the base colour
     vertex_opacity: VertexValues | None = None  # multiplied with the opacity
@@ -77,8 +81,8 @@ class MaterialReader:
             "LinearPolarizer": self._dielectric,  # plates in the way of light, not surfaces
             "LinearRetarder": self._dielectric,
             "CircularPolarizer": self._dielectric,
-            "NormalMap": self._bumpy,
-            "BumpMap": self._bumpy,
+            "NormalMap": self._normal_map,
+            "BumpMap": self._bump_map,
         }
 
     def row(self, shape: mi.Shape) -> Row:
@@ -152,16 +156,36 @@ class MaterialReader:
     def _principled(self, bsdf: mi.BSDF) -> Row:
         eta = self._number(bsdf, "eta", 0.0)
         specular = _normal_reflectance(eta) if eta else 0.08 * self._number(bsdf, "specular", 0.5)
-        metallic = min(max(self._number(bsdf, "metallic"), 0.0), 1.0)
+        metallic = self._channel(bsdf, "metallic", 0.0, lambda x: np.clip(x, 0, 1))
+        alpha = self._channel(bsdf, "roughness", 0.5, lambda x: np.clip(x * x, 1e-3, 1))
         through = min(max(self._number(bsdf, "spec_trans"), 0.0), 1.0)
         return Row(
             scaled(self._color(bsdf, "base_color"), 1 - through),
-            metallic=metallic,
-            alpha=_alpha(self._number(bsdf, "roughness", 0.5) ** 2),
+            metallic=_mean(metallic),
+            alpha=_mean(alpha),
+            gloss=self._gloss(metallic, alpha),
             specular=min(specular, 1.0),
             # Pure glass is not there; partly clear plastic keeps its share of the base colour.
-            opacity=0.0 if through == 1 and metallic == 0 else 1.0,
+            opacity=0.0 if through == 1 and _mean(metallic) == 0 else 1.0,
         )
+
+    def _channel(
+        self, bsdf: mi.BSDF, name: str, default: float, curve: Callable[[np.ndarray], np.ndarray]
+    ) -> float | Image:
+        """A parameter through a curve, texel by texel where it is a picture."""
+        texture = parts(bsdf).get(name)
+        value = self._textures.read(texture, self._shape) if texture is not None else None
+        if isinstance(value, Image):
+            return value.grey().mapped(curve)
+        return float(curve(np.array(self._number(bsdf, name, default))))
+
+    def _gloss(self, metallic: float | Image, alpha: float | Image) -> Image | None:
+        """Both in one picture; None where neither varies."""
+        if isinstance(metallic, Image) and isinstance(alpha, Image) and not metallic.laid_as(alpha):
+            self._notes.add("metallic and roughness pictures lie differently: the mean of metallic is used")
+            metallic = _mean(metallic)
+        varied = isinstance(metallic, Image) or isinstance(alpha, Image)
+        return beside(metallic, alpha) if varied else None
 
     def _principled_thin(self, bsdf: mi.BSDF) -> Row:
         through = min(max(self._number(bsdf, "spec_trans"), 0.0), 1.0)
@@ -250,8 +274,18 @@ class MaterialReader:
     def _dielectric(self, bsdf: mi.BSDF) -> Row:
         return Row(BLACK, opacity=0.0)
 
-    def _bumpy(self, bsdf: mi.BSDF) -> Row:
-        self._notes.add(f"{bsdf.class_name()}: the bumps are ignored")
+    def _normal_map(self, bsdf: mi.BSDF) -> Row:
+        nested = parts(bsdf)
+        row, normal = self._read(nested["nested_bsdf"]), self._textures.read(nested["normalmap"], self._shape)
+        if not isinstance(normal, Image):
+            self._notes.add("NormalMap: one normal for a whole surface is left out")
+            return row
+        if row.normal is not None:
+            self._notes.add("a normal map on another: the outer one counts")
+        return replace(row, normal=normal)
+
+    def _bump_map(self, bsdf: mi.BSDF) -> Row:
+        self._notes.add("BumpMap: the bumps are ignored; a normal map would be seen")
         return self._read(parts(bsdf)["nested_bsdf"])
 
     def _measured(self, bsdf: mi.BSDF) -> Row:
@@ -268,7 +302,7 @@ def material_table(rows: dict[int, Row]) -> Materials:
     size = max(rows, default=0) + 1
     base, surface, emission = (np.zeros((size, 4), np.float32) for _ in range(3))
     base[:, 3], surface[:, 1] = 1, 1
-    columns = np.full((3, size), NO_TEXTURE, np.uint32)
+    columns = np.full((5, size), NO_TEXTURE, np.uint32)
     pack = Pack()
     for number, row in rows.items():
         opacity = row.opacity.mean[0] if isinstance(row.opacity, Image) else row.opacity
@@ -276,7 +310,8 @@ def material_table(rows: dict[int, Row]) -> Materials:
         surface[number] = row.metallic, row.alpha, row.specular, row.double_sided
         if row.emission is not None:
             emission[number] = *_plain_mean(row.emission), 1
-        for column, value in zip(columns, (row.base, row.opacity, row.emission), strict=True):
+        values = (row.base, row.opacity, row.emission, row.gloss, row.normal)
+        for column, value in zip(columns, values, strict=True):
             column[number] = pack.add(value if isinstance(value, Image) else None)
     present = rows.values()
     return Materials(
@@ -286,6 +321,8 @@ def material_table(rows: dict[int, Row]) -> Materials:
         base_texture=mi.UInt32(columns[0]),
         opacity_texture=mi.UInt32(columns[1]),
         emission_texture=mi.UInt32(columns[2]),
+        gloss_texture=mi.UInt32(columns[3]),
+        normal_texture=mi.UInt32(columns[4]),
         textures=pack.textures(),
         vertex_colors=_vertex_colors(rows, size),
         any_opacity=any(
@@ -294,6 +331,8 @@ def material_table(rows: dict[int, Row]) -> Materials:
         any_specular=any(r.metallic > 0 or r.specular > 0 for r in present),
         any_single_sided=any(not r.double_sided for r in present),
         any_emission=any(r.emission is not None for r in present),
+        any_gloss_texture=any(r.gloss is not None for r in present),
+        any_normal_texture=any(r.normal is not None for r in present),
     )
 
 
@@ -327,6 +366,11 @@ def _vertex_colors(rows: dict[int, Row], size: int) -> VertexColors | None:
 
 def _plain_mean(value: Value) -> np.ndarray:
     return value.mean if isinstance(value, Image) else value
+
+
+def _mean(value: float | Image) -> float:
+    """Of a picture of one channel."""
+    return float(value.mean[0]) if isinstance(value, Image) else value
 
 
 def scaled(value: Value, share: float) -> Value:

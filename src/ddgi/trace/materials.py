@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
+from ddgi.extrema import at_least
 from ddgi.trace import textures, vertex_colors
 from ddgi.trace.vertex_colors import Corner, VertexColors
 
@@ -47,6 +48,8 @@ class Materials:
     base_texture: mi.UInt32  # (S,) replaces base colour; NO_TEXTURE for none
     opacity_texture: mi.UInt32  # (S,) replaces opacity (first channel)
     emission_texture: mi.UInt32  # (S,) replaces emission
+    gloss_texture: mi.UInt32  # (S,) replaces metallic (red) and alpha (green)
+    normal_texture: mi.UInt32  # (S,) a normal n in the axes of the texture's coordinates, as (n + 1) / 2
     textures: Textures | None  # None where no row has a texture
     vertex_colors: VertexColors | None = None  # multiplied with base colour and opacity
     # What no row of this scene needs is compiled out:
@@ -54,6 +57,8 @@ class Materials:
     any_specular: bool = False  # some surface has metallic > 0 or specular F0 > 0
     any_single_sided: bool = True
     any_emission: bool = False
+    any_gloss_texture: bool = False
+    any_normal_texture: bool = False
 
 
 @dataclass
@@ -83,8 +88,13 @@ def lookup(
     if materials.any_emission:
         glow = dr.gather(mi.Vector4f, materials.emission, row, active)
         emission, share = mi.Color3f(glow.x, glow.y, glow.z), glow.w
+    metallic, alpha = surface.x, surface.y
     if materials.textures is not None:
         color = _textured(materials, materials.base_texture, color, row, uv, active)
+        if materials.any_gloss_texture:
+            flat = mi.Color3f(metallic, alpha, 0)
+            varied = _textured(materials, materials.gloss_texture, flat, row, uv, active)
+            metallic, alpha = varied.x, varied.y
         if materials.any_opacity:
             opacity = _textured(materials, materials.opacity_texture, mi.Color3f(opacity), row, uv, active).x
         if materials.any_emission:
@@ -92,7 +102,18 @@ def lookup(
     if materials.vertex_colors is not None and corner is not None:
         tint, share_there = vertex_colors.lookup(materials.vertex_colors, row, corner, active)
         color, opacity = color * tint, opacity * share_there
-    return Material(color, opacity, surface.x, surface.y, surface.z, surface.w > 0.5, emission * share)
+    return Material(color, opacity, metallic, alpha, surface.z, surface.w > 0.5, emission * share)
+
+
+def lookup_normal(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> mi.Vector3f:
+    """Normals of normal maps, in the axes of the texture's coordinates; +z where there is none. (N,) unit.
+
+    One with a length of zero is +z as well.
+    """
+    stored = _textured(materials, materials.normal_texture, mi.Color3f(0.5, 0.5, 1), row, uv, active)
+    normal = dr.fma(mi.Vector3f(stored), 2, -1)
+    length2 = dr.squared_norm(normal)
+    return dr.select(length2 > 0, normal * dr.rsqrt(at_least(length2, 1e-20)), mi.Vector3f(0, 0, 1))
 
 
 def lookup_opacity(

@@ -8,7 +8,7 @@ import drjit as dr
 import mitsuba as mi
 
 from ddgi.sampling import Clock, uniform_2d
-from ddgi.trace.materials import Materials, lookup, lookup_opacity
+from ddgi.trace.materials import Materials, lookup, lookup_normal, lookup_opacity
 from ddgi.trace.surface import Surface, slack
 from ddgi.trace.vertex_colors import Corner
 
@@ -26,8 +26,9 @@ class MeshTracer:
     extent: mi.Float  # (1,) the largest coordinate in the scene [m]
 
     def intersect(
-        self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None
-    ):
+        self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None,
+        bumps: bool = False,
+    ):  # fmt: skip
         """See `Tracer.intersect`."""
         skipped = mi.Float(0)
         if self.materials.any_opacity:
@@ -38,8 +39,11 @@ class MeshTracer:
         flags = mi.RayFlags.ShadingFrame
         if self.materials.textures is not None:
             flags = flags | mi.RayFlags.UV
+        bumps = bumps and self.materials.any_normal_texture
+        if bumps:
+            flags = flags | mi.RayFlags.dPdUV
         si, corner = self._hit(ray, flags, coherent, active)
-        return self._surface(si, corner, direction, skipped)
+        return self._surface(si, corner, direction, skipped, bumps)
 
     def visible(self, origin, direction, distance, active):
         """See `Tracer.visible`."""
@@ -56,7 +60,7 @@ class MeshTracer:
         si = found.compute_surface_interaction(ray, int(flags), active)
         return si, Corner(found.prim_index, found.prim_uv)
 
-    def _surface(self, si, corner, direction, skipped) -> Surface:
+    def _surface(self, si, corner, direction, skipped, bumps: bool) -> Surface:
         valid = si.is_valid()
         row = _row(si)
         material = lookup(self.materials, row, si.uv, valid, corner)
@@ -70,6 +74,10 @@ class MeshTracer:
         back = mi.Bool(False)
         if self.materials.any_single_sided:
             back = valid & ~front & ~material.double_sided
+        normal = shading * flip
+        if bumps:
+            n = lookup_normal(self.materials, row, si.uv, valid)
+            normal = n.x * si.sh_frame.s + n.y * si.sh_frame.t + n.z * normal
         return Surface(
             valid=valid,
             front=valid & front,
@@ -77,7 +85,7 @@ class MeshTracer:
             distance=si.t + skipped,
             position=position,
             slack=slack(position, self.extent),
-            normal=dr.select(valid, mi.Normal3f(shading * flip), up),
+            normal=dr.select(valid, mi.Normal3f(normal), up),
             geometric_normal=dr.select(valid, mi.Normal3f(outward * flip), up),
             to_viewer=-direction,
             base=material.base,

@@ -26,6 +26,7 @@ class Tracer(Protocol):
         stream: int,
         coherent: bool = False,
         reach: mi.Float | None = None,
+        bumps: bool = False,
     ) -> Surface:
         """Closest surface along each ray.
 
@@ -37,6 +38,7 @@ class Tracer(Protocol):
             stream: Which stream of it (`ddgi.sampling`).
             coherent: Neighbouring lanes look alike; only a hint for speed.
             reach: (N,) or (1,) what lies farther is not met [m]; None: anything is.
+            bumps: Shading normals follow normal maps; else surfaces are smooth.
         """
         ...
 
