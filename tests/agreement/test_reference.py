@@ -118,3 +118,29 @@ def test_direct_irradiance_of_an_area_light():
         x = np.array(x, np.float64)
         sigma = np.hypot(error[k], x.std() / np.sqrt(count))
         assert abs(x.mean() - expected[k]) < 4.5 * sigma
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_direct_light_on_a_bumpy_wall(two_sided):
+    """Normals that lean at random by up to 30 degrees; smooth, the wall would be off by a tenth."""
+    rng = np.random.default_rng(1)
+    leaning = np.dstack([rng.uniform(-0.4, 0.4, (12, 12, 2)), np.ones((12, 12, 1))])
+    leaning /= np.linalg.norm(leaning, axis=-1, keepdims=True)
+    texture = {"type": "bitmap", "bitmap": mi.Bitmap(np.float32(leaning / 2 + 0.5)), "raw": True}
+    bumpy = {"type": "normalmap", "normalmap": texture, "nested": diffuse(0.5)}
+    lamp = {"type": "point", "position": [1.0, 2.0, 2.0], "intensity": rgb(10.0)}
+    film = {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1], "filter": {"type": "box"}}
+    to_world = mi.ScalarTransform4f().look_at([0, -1.5, 1.5], [0, 0, 0], [0, 0, 1])
+    description = {
+        "type": "scene",
+        "wall": {"type": "rectangle", "bsdf": {"type": "twosided", "nested": bumpy} if two_sided else bumpy},
+        "lamp": lamp,
+        "sensor": {"type": "perspective", "to_world": to_world, "fov": 40, "film": film},
+    }
+    theirs = rendered(description, 2, 256)
+    scene, s, frame = load(description), small(picture_layers=True), None
+    field = IrradianceField.fit(scene, s)
+    for tick in range(64):
+        field, frame = render_frame(scene, field, scene.camera, tick, s, frame)
+    ours = np.array(frame.layers["direct"], np.float64)
+    assert np.abs(ours - theirs).mean() < 0.02 * theirs.mean()

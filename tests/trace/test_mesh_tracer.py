@@ -181,3 +181,75 @@ def test_offset_origins_leave_their_surface(scale):
     along = ((moved - p) * n).sum(1)
     assert (np.sign(along) == np.sign((n * d).sum(1))).all()
     assert (np.abs(along) < 1e-3 * scale).all()
+
+
+def leaning(turn, bsdf=None, two_sided=True):
+    """A wall that looks up, whose normal map leans by 45 degrees to +u."""
+    lean = np.full((2, 2, 3), (0.5 + 0.5 * np.sqrt(0.5), 0.5, 0.5 + 0.5 * np.sqrt(0.5)), np.float32)
+    texture = {"type": "bitmap", "bitmap": mi.Bitmap(lean), "raw": True}
+    bumpy = {"type": "normalmap", "normalmap": texture, "nested": bsdf or diffuse(0.5)}
+    t = mi.ScalarTransform4f().rotate([0, 0, 1], turn).scale([2, 2, 1])
+    bsdf = {"type": "twosided", "nested": bumpy} if two_sided else bumpy
+    return {"type": "rectangle", "to_world": t, "bsdf": bsdf}
+
+
+@pytest.mark.parametrize("turn", [0, 90])
+@pytest.mark.parametrize("down", [True, False])
+def test_normal_maps_lean_along_the_coordinates(turn, down):
+    """Towards +u on both sides, and towards the viewer."""
+    tracer = scene(wall=leaning(turn)).tracer
+    origin, way = mi.Point3f(0.1, 0.2, 3 if down else -3), mi.Vector3f(0, 0, -1 if down else 1)
+    seen = [
+        tracer.intersect(origin, way, mi.Bool(True), time=clock(0, 0), stream=PIXEL_ALPHA, bumps=bumps)
+        for bumps in (True, False)
+    ]
+    side, root = 1 if down else -1, np.sqrt(0.5)
+    along = (root, 0) if turn == 0 else (0, root)
+    np.testing.assert_allclose(np.ravel(seen[0].normal), [*along, side * root], atol=2e-3)
+    np.testing.assert_allclose(np.ravel(seen[0].geometric_normal), [0, 0, side], atol=1e-6)
+    np.testing.assert_allclose(np.ravel(seen[1].normal), [0, 0, side], atol=1e-6)
+
+
+def test_what_has_no_normal_map_stays_smooth_beside_one():
+    tracer = scene(wall=leaning(0), floor=at_height(1.0, diffuse(0.5), half=0.5)).tracer
+    hit = tracer.intersect(
+        mi.Point3f(0.1, 0.2, 3), mi.Vector3f(0, 0, -1), mi.Bool(True),
+        time=clock(0, 0), stream=PIXEL_ALPHA, bumps=True,
+    )  # fmt: skip
+    np.testing.assert_allclose(np.ravel(hit.normal), [0, 0, 1], atol=1e-6)
+
+
+def channel(*values):
+    """A picture of one row, without a filter."""
+    texels = np.array(values, np.float32).reshape(1, -1, 1)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(texels), "raw": True, "filter_type": "nearest"}
+
+
+@pytest.mark.parametrize(
+    "parameters, metallic, alpha",
+    [
+        ({"metallic": channel(0, 1), "roughness": channel(0.2, 0.8)}, (0, 1), (0.04, 0.64)),
+        ({"metallic": channel(0, 1), "roughness": 0.5}, (0, 1), (0.25, 0.25)),
+        ({"metallic": 0.3, "roughness": channel(0.2, 0.8)}, (0.3, 0.3), (0.04, 0.64)),
+        ({"metallic": channel(0, 1), "roughness": channel(0.2, 0.4, 0.6, 0.8)}, (0, 1), (0.16, 0.36)),
+    ],
+)
+def test_pictures_of_metallic_and_roughness(parameters, metallic, alpha):
+    """Each half of the wall has its own; of four texels those on either side of the middle are met."""
+    white = {"type": "principled", "base_color": rgb(0.5, 0.5, 0.5), **parameters}
+    tracer = scene(wall=at_height(0, white)).tracer
+    hit = tracer.intersect(
+        mi.Point3f([-0.2, 0.2], 0.1, 3), mi.Vector3f(0, 0, -1), mi.Bool(True), time=clock(0, 0), stream=PIXEL_ALPHA
+    )  # fmt: skip
+    np.testing.assert_allclose(np.array(hit.metallic) + np.zeros(2), metallic, atol=1e-3)
+    np.testing.assert_allclose(np.array(hit.alpha) + np.zeros(2), alpha, atol=1e-3)
+
+
+def test_pictures_that_lie_differently_are_not_mixed_up():
+    turned = {**channel(0.0, 1.0), "to_uv": mi.ScalarTransform4f().rotate([0, 0, 1], 90)}
+    found = scene(
+        wall=at_height(0, {"type": "principled", "metallic": turned, "roughness": channel(0.2, 0.8)})
+    )
+    assert any("mean of metallic" in note for note in found.notes)
+    hit = straight(found.tracer, 3.0)
+    np.testing.assert_allclose(np.ravel(hit.metallic), 0.5, atol=1e-3)
