@@ -110,10 +110,8 @@ def _sampled(
     """`near_light` of one direction, chosen by uniform numbers. sample, result: (N,)."""
     length = by.vol.grid.smallest_spacing * reach
     origin, direction = matt_bounce(surface, sample)
-    outside = (
-        dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0
-    )  # a bumped normal sees its own surface
-    active = surface.lit & outside
+    # A bumped normal sees the surface that it stands on.
+    active = surface.lit & (dr.dot(mi.Vector3f(surface.geometric_normal), direction) > 0)
     near = by.tracer.intersect(origin, direction, active, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
 
