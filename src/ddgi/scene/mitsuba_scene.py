@@ -156,6 +156,8 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
         notes.add(
             f"{counted(len(clear), 'clear shape')}, such as glass, left out, light passes straight: {names}"
         )
+    if geometry.without_area:
+        notes.add(f"{geometry.without_area} triangle(s) without area, which no ray meets")
     if geometry.triangles == 0:
         raise SceneError("there is no geometry in the scene")
     return shapes, emitters

@@ -15,10 +15,12 @@ from ddgi.scene.materials import MaterialReader, Row
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.plugin_tree import PluginTree
-from ddgi.scene.validate import check_mesh
+from ddgi.scene.validate import check_mesh, without_area
 
 UNCHECKED_FILES = ("ply", "serialized")
 """Mesh formats whose readers trust the vertex numbers in the file, and crash on wrong ones."""
+MESH_FILES = ("obj", *UNCHECKED_FILES)
+"""Mesh formats that hold whatever their makers wrote."""
 
 
 @dataclass
@@ -32,6 +34,7 @@ class Geometry:
     names: dict[str, int] = field(default_factory=dict)  # shape name -> registry number
     area_lights: list[mi.Emitter] = field(default_factory=list)
     triangles: int = 0
+    without_area: int = 0  # triangles of files that are lines or points; not counted above
     clear: list[str] = field(default_factory=list)  # labels of those left out: light passes them straight
 
 
@@ -74,8 +77,13 @@ class ShapeReader:
         if shape is None:
             self.geometry.left_out.append((parent, name))
         else:
-            self.geometry.triangles += shape.effective_primitive_count()
+            flat = without_area(shape) if self._of_a_file(child) else 0
+            self.geometry.without_area += flat
+            self.geometry.triangles += shape.effective_primitive_count() - flat
             self._list(shape, name)
+
+    def _of_a_file(self, child: int | mi.Shape) -> bool:
+        return isinstance(child, int) and self._tree.plugin(child) in MESH_FILES
 
     def _add_members(self, index: int) -> None:
         """The shapes of a `merge`, each by itself."""

@@ -49,6 +49,16 @@ def check_bounds(bounds: Box, what: str) -> None:
         raise SceneError(f"{what}: all of it lies in one point")
 
 
+def without_area(shape: mi.Shape) -> int:
+    """Number of triangles of a mesh that are lines or points, which no ray meets."""
+    parameters = mi.traverse(shape) if shape.is_mesh() else {}
+    if POSITIONS not in parameters:
+        return 0
+    corners = parameters[POSITIONS].numpy().reshape(-1, 3).astype(np.float64)[parameters[FACES].numpy()]
+    a, b, c = corners.reshape(-1, 3, 3).swapaxes(0, 1)
+    return int((np.cross(b - a, c - a) == 0).all(1).sum())
+
+
 def check_mesh(shape: mi.Shape, what: str) -> None:
     """Refuse meshes whose vertices are not finite or whose faces name vertices that do not exist.
 
