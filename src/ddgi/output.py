@@ -64,10 +64,9 @@ def check_display(path: str | os.PathLike[str]) -> Path:
     Raises:
         OutputError: The ending is another, or no file can be written there; says why.
     """
-    target = check_writable(path)
-    if target.suffix.lower() != ".png":
-        raise OutputError(f"{path}: display values go to a .png")
-    return target
+    if Path(path).suffix.lower() != ".png":
+        raise OutputError(f"{path}: this picture holds display values, choose a name that ends in .png")
+    return check_writable(path)
 
 
 def check_writable(path: str | os.PathLike[str]) -> Path:

@@ -317,6 +317,68 @@ def test_a_normal_map_turns_the_reference(tmp_path):
     assert to > 5 * away
 
 
+def leaning_up(writer, scale=1.0):
+    """A normal map that leans by 45 degrees to where green points: up, in a picture as it is seen."""
+    lean = np.full((2, 2, 3), [128, 128 + 90, 128 + 90])
+    return {
+        **matt(writer),
+        "doubleSided": True,
+        "normalTexture": {"index": writer.texture(lean), "scale": scale},
+    }
+
+
+def bumped_normal(scene, x=0.5, y=0.5):
+    """(3,) the normal that the camera sees from +z, if smooth +z."""
+    from ddgi.sampling import clock
+
+    surface = scene.tracer.intersect(
+        mi.Point3f(x, y, 1), mi.Vector3f(0, 0, -1), mi.Bool(True), time=clock(0, 0), stream=0, bumps=True
+    )
+    return np.ravel(surface.normal)
+
+
+def test_green_of_a_normal_map_is_up_in_the_picture(tmp_path):
+    """Mirrored pictures and mirrored nodes included, in ours and in the reference."""
+    upright = np.array(
+        [[0, 1], [1, 1], [1, 0], [0, 0]], np.float32
+    )  # of a square counted from (0, 0) to (0, 1)
+    for number, (uv, node) in enumerate(
+        [
+            (upright, {}),
+            (upright * (-1, 1) + (1, 0), {}),
+            (upright, {"scale": [-1, 1, 1], "translation": [1, 0, 0]}),
+        ]
+    ):
+        writer = Writer()
+        writer.square(leaning_up(writer), uv=uv.astype(np.float32), **node)
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        scene = load_scene(writer.glb(folder), sky=[1, 1, 1])
+        np.testing.assert_allclose(bumped_normal(scene), [0, np.sqrt(0.5), np.sqrt(0.5)], atol=0.01)
+        bsdf, si = mitsuba_hit(scene, 0.5, 0.5)
+        si.wi = mi.Vector3f(0, 0, 1)
+        up, down = (
+            np.array(bsdf.eval(mi.BSDFContext(), si, si.to_local(mi.Vector3f(0, y, 0.6)))).max()
+            for y in (0.8, -0.8)
+        )
+        assert up > 5 * down
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, 2.0, 8.0])
+def test_slopes_of_a_normal_map_are_scaled(tmp_path, scale):
+    scene = loaded(tmp_path, lambda writer: leaning_up(writer, scale))
+    x, y, z = bumped_normal(scene)
+    assert np.hypot(x, y) / z == pytest.approx(abs(scale), rel=0.02, abs=0.01)
+
+
+def test_a_mesh_that_is_mirrored_in_part_is_told_of(tmp_path):
+    """The last corner has the coordinates of the second: both triangles show the same half, one as in a mirror."""
+    notes = loaded(tmp_path, leaning_up, uv=[[0, 1], [1, 1], [1, 0], [1, 1]]).notes
+    assert any("mirrored" in note for note in notes)
+    (tmp_path / "whole").mkdir()
+    assert not any("mirrored" in note for note in loaded(tmp_path / "whole", leaning_up).notes)
+
+
 def test_refinements_are_noted_once(tmp_path):
     writer = Writer()
     writer.use("KHR_materials_clearcoat", "VENDOR_sparkle")
@@ -340,11 +402,11 @@ def test_materials_and_pictures_are_made_once(tmp_path):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"\x89PNG\r\n\x1a\n" + b"garbage" * 9, "cannot be used|cannot be decoded"),
+        (b"\x89PNG\r\n\x1a\n" + b"garbage" * 9, "cannot be used|cannot be decoded|broken"),
         (b"RIFF1234WEBPVP8 ", "WebP picture: convert it"),
         (b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2 picture: convert it"),
         (b"hello", "neither PNG nor JPEG"),
-        (b"\xff\xd8\xff\xe0\x00\x04ab", "cannot be used"),
+        (b"\xff\xd8\xff\xe0\x00\x04ab", "broken"),
     ],
 )
 def test_pictures_that_cannot_be_read(tmp_path, data, message):

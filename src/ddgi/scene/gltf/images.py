@@ -57,7 +57,9 @@ def decode(data: bytes, label: str) -> np.ndarray:
         kind = f"a {other} picture" if other else "neither PNG nor JPEG"
         raise SceneError(f"{label} is {kind}: convert it to PNG or JPEG")
     width, height = _png_size(data) if data.startswith(PNG) else _jpeg_size(data)
-    if not 0 < width * height <= MOST_TEXELS:
+    if width * height == 0:
+        raise SceneError(f"{label}: a broken picture, its size cannot be read")
+    if width * height > MOST_TEXELS:
         raise SceneError(f"{label}: a picture of {width} x {height} texels cannot be used")
     stream = mi.MemoryStream()
     stream.write(data)

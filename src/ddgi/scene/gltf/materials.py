@@ -7,7 +7,7 @@ with its emissiveFactor times KHR_materials_emissive_strength, nits taken as W/(
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,7 @@ class Look:
     bsdf: Described
     radiance: Described | None  # of the area light it is; None if it does not emit
     uv_set: int | None  # number of the texture coordinates that its textures use; None without textures
+    bumpy: bool = False  # it has a normal map
 
 
 def rgb(values: Any) -> Described:
@@ -54,30 +55,39 @@ class Materials:
         self._document = document
         self._textures = made
         self._notes = notes
-        self._looks: dict[tuple[int | None, VertexColors], Look] = {}
+        self._looks: dict[tuple[int | None, VertexColors, bool], Look] = {}
         self.plugins: dict[str, Described] = {}  # as inside a scene dictionary
 
-    def look(self, index: int | None, vertices: VertexColors) -> Look:
+    def look(self, index: int | None, vertices: VertexColors, mirrored: bool = False) -> Look:
         """What a primitive looks like; without a material, as the specification's default.
+
+        Args:
+            index: Of the material.
+            vertices: What they say of its colour.
+            mirrored: Whether its pictures lie on it as seen in a mirror: Mitsuba takes the second axis of a
+                normal map from the first and the normal, so that its green is turned around there.
 
         Raises:
             SceneError: One of its pictures cannot be used.
         """
-        key = index, vertices
+        key = index, vertices, mirrored
         if key not in self._looks:
             material = Material() if index is None else self._document.materials[index]
-            look = _Reader(material, self._textures, vertices, self._notes).look()
+            look = _Reader(material, self._textures, vertices, self._notes, mirrored).look()
             name = f"_material-{len(self.plugins)}"
             self.plugins[name] = look.bsdf
-            self._looks[key] = Look({"type": "ref", "id": name}, look.radiance, look.uv_set)
+            self._looks[key] = replace(look, bsdf={"type": "ref", "id": name})
         return self._looks[key]
 
 
 class _Reader:
     """Reads one material."""
 
-    def __init__(self, material: Material, made: Textures, vertices: VertexColors, notes: Notes) -> None:
+    def __init__(
+        self, material: Material, made: Textures, vertices: VertexColors, notes: Notes, mirrored: bool
+    ) -> None:
         self._material = material
+        self._mirrored = mirrored
         self._textures = made
         self._vertices = vertices
         self._notes = notes
@@ -92,11 +102,12 @@ class _Reader:
             self._notes.add("unlit material: it emits its colour, and reflects nothing")
             return Look(self._masked(_black(material.double_sided)), self._unlit(), self._uv_set)
         bsdf = self._surface()
-        if material.normal_texture is not None and self._textures.has_picture(material.normal_texture):
+        bumpy = material.normal_texture is not None and self._textures.has_picture(material.normal_texture)
+        if bumpy:
             bsdf = self._bumpy(bsdf)
         if material.double_sided and "spec_trans" not in str(bsdf):
             bsdf = {"type": "twosided", "nested": bsdf}
-        return Look(self._masked(bsdf), self._radiance(), self._uv_set)
+        return Look(self._masked(bsdf), self._radiance(), self._uv_set, bumpy)
 
     def _model(self) -> MetallicRoughness:
         """The metallic-roughness model; of materials of the retired kind, what comes close."""
@@ -206,7 +217,7 @@ class _Reader:
             return bsdf
         return {
             "type": "normalmap",
-            "normalmap": self._textures.shown(info, *textures.normals(info.scale)),
+            "normalmap": self._textures.shown(info, *textures.normals(info.scale, self._mirrored)),
             "nested": bsdf,
         }
 

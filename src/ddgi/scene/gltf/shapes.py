@@ -120,13 +120,22 @@ class ShapeBuilder:
         if colors is not None:
             vertices = VertexColors(bool((colors[:, :3] != 1).any()), bool((colors[:, 3] != 1).any()))
         look = self.materials.look(piece.material, vertices)
+        texcoords = _texcoords(piece, soup, look)
+        if look.bumpy and texcoords is not None:
+            turned = _mirrored_share(soup, texcoords)
+            if 0 < turned < 1:
+                self.notes.add(
+                    "a normal map on a mesh of which a part is mirrored: bumps there are lit from the wrong side"
+                )
+            if turned > 0.5:
+                look = self.materials.look(piece.material, vertices, mirrored=True)
         if look.uv_set is not None and look.uv_set not in piece.texcoords:
             self.notes.add(
                 "pictures on a mesh without texture coordinates for them: one colour of each is shown"
             )
         rgb, alpha = self._tinted(colors, vertices, piece.material)
         shape = described(
-            soup.positions, soup.faces, normals=soup.normals, texcoords=_texcoords(piece, soup, look),
+            soup.positions, soup.faces, normals=soup.normals, texcoords=texcoords,
             colors=rgb, alphas=alpha,
         )  # fmt: skip
         shape["bsdf"] = look.bsdf
@@ -204,6 +213,16 @@ def _texcoords(piece: Piece, soup: Soup, look: Look) -> np.ndarray | None:
     """(V, 2) of the set that the material uses; zero where there is none, as Mitsuba would make some up."""
     values = piece.texcoords.get(look.uv_set or 0)
     return np.zeros((len(soup.positions), 2), np.float32) if values is None else values[soup.kept]
+
+
+def _mirrored_share(soup: Soup, texcoords: np.ndarray) -> float:
+    """Share of the triangles, of those with an area of texture, on which pictures are seen as in a mirror.
+
+    Row 0 of a picture lies at v = 0: seen from the front, u and v of one that is not mirrored turn clockwise.
+    """
+    a, b, c = texcoords[soup.faces].astype(np.float64).swapaxes(0, 1)
+    area = np.linalg.det(np.stack([b - a, c - a], 1))
+    return float((area > 0).sum() / max((area != 0).sum(), 1))
 
 
 def _bendable(piece: Piece, kept: np.ndarray) -> Bendable:

@@ -200,15 +200,17 @@ def opacity(factor: float, cutoff: float | None) -> tuple[str, Filter]:
     return f"opacity {factor} {cutoff}", filtered
 
 
-def normals(scale: float) -> tuple[str, Filter]:
-    """A normal map whose slopes are multiplied by a factor."""
+def normals(scale: float, mirrored: bool = False) -> tuple[str, Filter]:
+    """A normal map whose slopes are multiplied by a factor; mirrored, those along green are turned around."""
 
     def filtered(texels: np.ndarray) -> tuple[np.ndarray, bool]:
-        values = _fractions(texels[..., :3])
-        values[..., :2] = (values[..., :2] - 0.5) * scale + 0.5
-        return values.astype(np.float32), True
+        normal = 2 * _fractions(texels[..., :3]) - 1
+        normal *= np.array([scale, -scale if mirrored else scale, 1], np.float32)
+        length = np.linalg.norm(normal, axis=-1, keepdims=True)
+        normal /= np.maximum(length, 1)  # steep ones would not fit into a picture
+        return (0.5 * normal + 0.5).astype(np.float32), True
 
-    return f"normals {scale}", filtered
+    return f"normals {scale} {mirrored}", filtered
 
 
 def _fractions(values: np.ndarray) -> np.ndarray:
