@@ -7,6 +7,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from ddgi.errors import SceneError
 from ddgi.sampling import PIXEL_ALPHA, PROBE_ALPHA, clock
 from ddgi.trace.surface import offset_origin, slack
 from probing import dark_light, diffuse, load, points, rgb, surface_at
@@ -253,3 +254,20 @@ def test_pictures_that_lie_differently_are_not_mixed_up():
     assert any("mean of metallic" in note for note in found.notes)
     hit = straight(found.tracer, 3.0)
     np.testing.assert_allclose(np.ravel(hit.metallic), 0.5, atol=1e-3)
+
+
+def test_normal_maps_may_hold_negative_values():
+    """Steep slopes, as pictures in floating point keep them; what is not a number is refused."""
+    texels = np.full((2, 2, 3), (1.5, -0.5, 1.0), np.float32)
+
+    def wall(values):
+        texture = {"type": "bitmap", "bitmap": mi.Bitmap(values), "raw": True}
+        return at_height(0, {"type": "normalmap", "normalmap": texture, "nested": diffuse(0.5)})
+
+    hit = scene(wall=wall(texels)).tracer.intersect(
+        mi.Point3f(0.1, 0.2, 3), mi.Vector3f(0, 0, -1), mi.Bool(True),
+        time=clock(0, 0), stream=PIXEL_ALPHA, bumps=True,
+    )  # fmt: skip
+    np.testing.assert_allclose(np.ravel(hit.normal), [2 / 3, -2 / 3, 1 / 3], atol=1e-3)
+    with pytest.raises(SceneError, match="not finite"):
+        scene(wall=wall(np.full((2, 2, 3), np.nan, np.float32)))

@@ -276,8 +276,8 @@ class MaterialReader:
 
     def _normal_map(self, bsdf: mi.BSDF) -> Row:
         nested = parts(bsdf)
-        row, normal = self._read(nested["nested_bsdf"]), self._textures.read(nested["normalmap"], self._shape)
-        if not isinstance(normal, Image):
+        row, normal = self._read(nested["nested_bsdf"]), self._textures.normals(nested["normalmap"])
+        if normal is None:
             self._notes.add("NormalMap: one normal for a whole surface is left out")
             return row
         if row.normal is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,7 @@ from ddgi.scene.mesh_keys import mesh_attribute_mean, vertex_attribute
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.plugin_tree import PluginTree
-from ddgi.scene.validate import check_light
+from ddgi.scene.validate import check_finite, check_light
 
 BAKED_SIZE = 512
 """Width and height of textures that are functions and not pictures [texels]."""
@@ -63,6 +64,22 @@ class TextureReader:
             value = self._value(texture, owner or f"{self._tree.label_of(texture)}: a value")
             self._read[key] = texture, value
         return self._read[key][1]
+
+    def normals(self, texture: mi.Texture) -> Image | None:
+        """A normal map, whose values may lie outside [0, 1]; None where it is no picture.
+
+        Raises:
+            SceneError: A value is NaN or infinite.
+        """
+        if texture.class_name() == "MeshAttribute" or not texture.is_spatially_varying():
+            return None
+        key = "normals", self._key(texture)
+        if key not in self._read:
+            value = self._picture(texture, f"{self._tree.label_of(texture)}: a value", check_finite)
+            self._read[key] = texture, value
+        found = self._read[key][1]
+        assert isinstance(found, Image)
+        return found
 
     def of_vertices(self, texture: mi.Texture, shape: mi.Shape | None) -> VertexValues | None:
         """What the vertices of a shape say, where a texture asks them.
@@ -115,11 +132,14 @@ class TextureReader:
             color = _constant(texture)
             check_light(color, what)
             return color
+        return self._picture(texture, what, check_light)
+
+    def _picture(self, texture: mi.Texture, what: str, check: Callable[[Any, str], None]) -> Image:
         if texture.class_name().startswith("BitmapTexture"):
             values, keywords = self._bitmap(texture)
         else:
             values, keywords = self._baked(texture)
-        check_light(values, what)
+        check(values, what)
         return Image.from_array(values, **keywords, to_uv=_to_uv(texture))
 
     def _bitmap(self, texture: mi.Texture) -> tuple[np.ndarray, dict[str, Any]]:
