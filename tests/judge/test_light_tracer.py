@@ -1,6 +1,6 @@
 """Light traced from the lamps must be the light that paths from the camera find."""
 
-from time import process_time
+from itertools import count
 
 import mitsuba as mi
 import numpy as np
@@ -112,18 +112,39 @@ def test_does_not_suit_parallel_rays_of_sight():
     assert not light_tracer.suits(scene_of(), flat)
 
 
-def test_the_reference_starts_where_less_noise_comes_of_it(tmp_path, monkeypatch):
-    """A room lit by one spot: hard to find for paths from the camera. In time of our own, not the machine's."""
-    monkeypatch.setattr(reference, "perf_counter", process_time)
+@pytest.fixture
+def even_clock(monkeypatch):
+    """All samples take a second: what the machine does beside is not to decide."""
+    monkeypatch.setattr(reference, "perf_counter", count().__next__)
+
+
+@pytest.mark.parametrize(("seconds", "start"), [(1.0, "lamps"), (3.0, "lamps"), (5.0, "camera")])
+def test_noise_counts_by_the_time_it_takes(monkeypatch, seconds, start):
+    """Paths from the lamps with half the noise are worth it up to four times the time."""
+    now = 0.0
+    monkeypatch.setattr(reference, "perf_counter", lambda: now)
+
+    def maker(noise, takes):
+        def make(spp, before):
+            nonlocal now
+            now += takes
+            return np.stack([np.full((8, 8, 3), noise), np.zeros((8, 8, 3))]), np.zeros((8, 8, 3))
+
+        return make
+
+    assert reference._better_start({"camera": maker(1.0, 1.0), "lamps": maker(0.5, seconds)}) == start
+
+
+def test_the_reference_starts_where_less_noise_comes_of_it(tmp_path, even_clock):
+    """A room lit by one spot: hard to find for paths from the camera."""
     spot = ddgi.load_scene("statue-box", size=(96, 54), materials="diffuse")
     assert make_reference(spot, spot.camera, 10.0, 0, tmp_path).start == "lamps"
     sky = ddgi.load_scene("forest", size=SIZE, materials="diffuse")
     assert make_reference(sky, sky.camera, 10.0, 0, tmp_path).start == "camera"
 
 
-def test_seldom_seen_light_does_not_pass_for_little_noise(tmp_path, monkeypatch):
+def test_seldom_seen_light_does_not_pass_for_little_noise(tmp_path, even_clock):
     """The sun over a wide field with a house: nearly all paths from it end far from the picture."""
-    monkeypatch.setattr(reference, "perf_counter", process_time)
     house = ddgi.load_scene("house", camera="open", size=(64, 36), materials="diffuse")
     assert make_reference(house, house.camera, 10.0, 0, tmp_path).start == "camera"
 
