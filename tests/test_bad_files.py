@@ -176,7 +176,7 @@ PLY = {
     "NaN vertex": ({"a.ply": NAN_PLY}, "invalid vertex position"),
     "NaN vertex in words": (ply("0.0 0.0 0.0", "nan 0.0 0.0"), "could not parse"),
     "no triangles": ({"a.ply": NO_FACES}, "no geometry"),
-    "triangles in one point": ({"a.ply": re.sub(rb"[01]\.0 [01]\.0 0", b"0.0 0.0 0", TEXT)}, "all of it lies in one point"),
+    "triangles in one point": ({"a.ply": re.sub(rb"[01]\.0 [01]\.0 0", b"0.0 0.0 0", TEXT)}, "has an area"),
     "no vertices": (ply("vertex 4", "vertex 0"), "a.ply"),
     "unknown type": (ply("property float x", "property quaternion x"), "a.ply"),
 }  # fmt: skip

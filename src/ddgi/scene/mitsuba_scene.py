@@ -158,6 +158,8 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
         )
     if geometry.without_area:
         notes.add(f"{geometry.without_area} triangle(s) without area, which no ray meets")
+    if geometry.triangles == 0 and geometry.without_area:
+        raise SceneError(f"none of the {geometry.without_area} triangle(s) in the scene has an area")
     if geometry.triangles == 0:
         raise SceneError("there is no geometry in the scene")
     return shapes, emitters
