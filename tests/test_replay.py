@@ -1,5 +1,7 @@
 """Recordings are replayed for the constants they were made with, and for no others."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import drjit as dr
@@ -54,3 +56,24 @@ def test_a_scene_that_goes_away_does_not_stop_another():
     assert dr.all(run(Constants(), kept, x))
     del other
     assert dr.all(run(Constants(), kept, x))
+
+
+@dataclass
+class Tracing:
+    weight: mi.Float
+    serial: int
+
+
+def test_recordings_of_one_scene_are_not_replayed_for_another():
+    """Mitsuba's objects behind equal arrays may be others, and gone: the recording would read freed memory."""
+    recorded = []
+
+    def weighed(tracing, x, s):
+        recorded.append(tracing.serial)
+        return tracing.weight * x
+
+    run = Replayed(weighed)
+    for serial in (1, 1, 2, 2, 1):
+        x = dr.opaque(mi.Float, serial, 3)
+        assert dr.all(run(Constants(), Tracing(dr.opaque(mi.Float, 2, 3), serial), x) == 2 * serial)
+    assert recorded == [1, 2, 1]

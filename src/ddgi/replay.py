@@ -1,8 +1,9 @@
 """Replaying a stage: traced by Dr.Jit once, then run from the recording.
 
-Two defects of `dr.freeze` (Dr.Jit 1.5) are kept from the stages here. It overlooks a changed number,
+Three defects of `dr.freeze` (Dr.Jit 1.5) are kept from the stages here. It overlooks a changed number,
 flag or name among the inputs if the same Python object occurs among them twice, and then replays the
-recording of other settings; and it refuses to replay once Mitsuba objects have come or gone.
+recording of other settings; it refuses to replay once Mitsuba objects have come or gone; and where as
+many have come as have gone, it does replay, and reads freed memory.
 """
 
 from __future__ import annotations
@@ -27,14 +28,21 @@ class Replayed:
         self._frozen = dr.freeze(
             lambda _constants, *arguments: function(*arguments), limit=KEPT, warn_after=2**31 - 1
         )
+        self._serial: int | None = None
 
     def __call__(self, settings: Any, *arguments: Any) -> Any:
         """Call the function with `arguments`, then `settings`.
 
         Args:
             settings: Frozen dataclass of constants.
-            arguments: Arrays, Mitsuba objects, constants, and dataclasses, lists and dictionaries of them.
+            arguments: Arrays, Mitsuba objects, constants, and dataclasses, lists and dictionaries of them. One
+                with a `serial` says which scene Mitsuba's objects belong to.
         """
+        # Recordings of one scene are good for no other: see above.
+        serial = next((a.serial for a in arguments if hasattr(a, "serial")), None)
+        if serial != self._serial:
+            self._frozen.clear()
+            self._serial = serial
         # A string made for the occasion occurs once, so it is always compared.
         constants = repr(settings) + repr(list(_constants(arguments)))
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import count
 from typing import Any
 
 import drjit as dr
@@ -49,6 +50,8 @@ class Scene:
     parsed: Any = None  # Mitsuba's parsed scene, all materials and lights in it; never built itself: `source`
     origin: Point = (0.0, 0.0, 0.0)  # what is traced counts from here: a place in the file's coordinates [m]
 
+    serial: int = field(default_factory=count(1).__next__)  # of what was loaded; kept by copies that share it
+
     def __repr__(self) -> str:
         cameras = ", ".join(c.name for c in self.cameras)
         return f"Scene({self.name!r}, {self.triangles:,} triangles, cameras: {cameras})"
@@ -89,6 +92,7 @@ class Scene:
             self.materials,
             dr.opaque(mi.Point3d, list(self.origin)),
             dr.opaque(mi.Float, extent),
+            self.serial,
         )
 
     @property

@@ -24,6 +24,7 @@ class MeshTracer:
     materials: Materials
     origin: mi.Point3d  # (1,) see `Tracer`
     extent: mi.Float  # (1,) the largest coordinate in the scene [m]
+    serial: int = 0  # of the scene that was loaded: recordings are good for one (`ddgi.replay`)
 
     def intersect(
         self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None,
