@@ -164,11 +164,16 @@ def query_at(
     position = np.asarray(position, np.float64).reshape(-1, 3)
     normal = np.broadcast_to(np.asarray(normal, np.float64), position.shape)
     viewer = normal if viewer is None else np.broadcast_to(np.asarray(viewer, np.float64), position.shape)
-    e = query.irradiance(
-        vol, points(position), mi.Vector3f(points(normal)), mi.Vector3f(points(viewer)),
-        dr.full(mi.Bool, True, len(position)), settings.volume, settings.query, tap,
-    )  # fmt: skip
+    at = receiver(position, normal, viewer, np.ones(len(position), bool))
+    e = query.irradiance(vol, at, settings.volume, settings.query, None, tap)
     return np.array(e).T.reshape(-1, 3)
+
+
+def receiver(position, normal, viewer, active) -> query.Receiver:
+    """Points that ask for light. (N, 3) arrays; active: (N,)."""
+    place = points(position)
+    directions = (mi.Vector3f(points(v)) for v in (normal, viewer))
+    return query.Receiver(place, *directions, floats(active) > 0.5, place)
 
 
 def updated(

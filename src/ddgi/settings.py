@@ -56,7 +56,12 @@ _published = replace(
     gather=replace(_default.gather, taps="bilinear"),
     blend=replace(_default.blend, warm_up=0, gamma=1.0, long_distances="clamp", fit_texels=False),
     query=replace(
-        _default.query, sqrt_blending=False, wrap_offset=0.2, visibility_floor=0.05, bias_scale=0.3
+        _default.query,
+        sqrt_blending=False,
+        wrap_offset=0.2,
+        visibility_floor=0.05,
+        bias_scale=0.3,
+        sight="maps",
     ),
     direct=replace(_default.direct, area="field", environment="field"),
     volume=replace(_default.volume, radiance_size=0),

@@ -147,8 +147,13 @@ def test_without_a_warm_up_the_dark_start_is_told_of(found, frames, told):
 def test_too_bright_pictures_point_at_leaks(found):
     bright = replace(found.judged[0].difference, luminance_error=0.08)
     assert not any("leak" in line for line in _doubts(found.reference, 0.1, found.judged))
-    doubts = _doubts(found.reference, 0.1, [replace(found.judged[0], difference=bright)])
-    assert any("ddgi info" in line for line in doubts)
+    for sight, told in (
+        ("maps", True),
+        ("rays", False),
+    ):  # where rays find out what is hidden it is something else
+        outcome = replace(found.judged[0].outcome, trial=trial(sight, f"query.sight={sight}"))
+        doubts = _doubts(found.reference, 0.1, [replace(found.judged[0], outcome=outcome, difference=bright)])
+        assert any("ddgi info" in line for line in doubts) == told
 
 
 def test_tone_is_said_to_change_nothing(found):

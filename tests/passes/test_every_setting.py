@@ -56,6 +56,7 @@ MAPS = {
     "query.crush": (0.9, {}),
     "query.bias": ("mff", {}),
     "query.bias_scale": (1.5, {}),
+    "query.sight": ("maps", {}),
     "query.sqrt_blending": (True, {}),
     "volume.radiance_size": (4, {}),
     "contact.hits": (0.0, {}),

@@ -9,7 +9,7 @@ import pytest
 
 from ddgi.probes import query
 from ddgi.settings import RenderSettings
-from probing import floats, hand_made, lattice, points, query_at, small, sphere_points, with_gutter
+from probing import floats, hand_made, lattice, query_at, receiver, small, sphere_points, with_gutter
 
 PLAIN = {
     "query_trilinear": True, "query_wrap": "off", "query_visibility": False, "query_crush": 0.0,
@@ -133,8 +133,8 @@ def test_special_places_give_numbers(taps):
 def test_inactive_lanes_give_nothing():
     s = small()
     vol = hand_made(lattice((3, 3, 3)), s, np.ones((27, 3)))
-    p, n, v = (mi.Vector3f(points(a)) for a in anywhere(4))
-    e = query.irradiance(vol, mi.Point3f(p), n, v, mi.Bool([True, False, True, False]), s.volume, s.query)
+    at = receiver(*anywhere(4), [True, False, True, False])
+    e = query.irradiance(vol, at, s.volume, s.query)
     assert np.allclose(np.array(e)[:, [1, 3]], 0)
     assert np.allclose(np.array(e)[:, [0, 2]], np.pi, rtol=1e-4)
 

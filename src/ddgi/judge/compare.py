@@ -202,9 +202,12 @@ def _seconds(truth: Reference, target: float) -> str:
 
 def _off(judged: Sequence[Judged]) -> list[str]:
     """Where to look for the reason if a whole picture is too bright."""
-    if all(j.difference.luminance_error < TOO_BRIGHT for j in judged):
+    by_maps = [j for j in judged if j.outcome.trial.settings.query.sight == "maps"]
+    if all(j.difference.luminance_error < TOO_BRIGHT for j in by_maps):
         return []
-    return ["too bright as a whole: light may leak through thin walls, of which `ddgi info` tells"]
+    return [
+        "too bright as a whole: light may leak through thin walls, of which `ddgi info` tells; query.sight=rays stops it"
+    ]
 
 
 def _toned(judged: Sequence[Judged]) -> list[str]:

@@ -52,16 +52,7 @@ def shade(
         time=time, stream=sampling.PIXEL_LIGHT, samples=direct_settings.camera_samples, specular=specular,
         apart=None if mirrored is None else sharp(surface),
     )  # fmt: skip
-    ambient = irradiance(
-        field,
-        surface.position,
-        surface.normal,
-        surface.to_viewer,
-        surface.lit,
-        layout,
-        query_settings,
-        surface.distance,
-    )
+    ambient = irradiance(field, query.Receiver.on(surface), layout, query_settings, tracer)
     ambient = dr.select(surface.lit, ambient + near, mi.Color3f(0))
     if mirrored is None:
         indirect = surface.albedo * ambient * dr.inv_pi

@@ -100,10 +100,9 @@ def from_lamps(
 
 def from_field(by: Illumination, surface: Surface) -> mi.Color3f:
     """Irradiance E [W/m^2] of last frame's field, as much as one bounce hands on (CTU 4.4). (N,)."""
-    e = query.irradiance(
-        by.vol, surface.position, surface.normal, surface.to_viewer, surface.lit,
-        by.layout, by.query, tap(by, dr.width(surface.distance)), surface.distance,
-    )  # fmt: skip
+    receiver = query.Receiver.on(surface)
+    width = dr.width(surface.distance)
+    e = query.irradiance(by.vol, receiver, by.layout, by.query, by.tracer, tap(by, width))
     return e * by.gather.energy_preservation
 
 

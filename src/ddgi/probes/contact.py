@@ -132,7 +132,5 @@ def _sampled(
 
 def _known(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:
     """Radiance [W/(m^2 sr)] that the probes around points saw in a direction. (N,)."""
-    return query.radiance(
-        by.vol, surface.position, surface.normal, surface.to_viewer, direction, surface.lit,
-        by.layout, by.query, tap(by, dr.width(surface.distance)), surface.distance,
-    )  # fmt: skip
+    receiver, width = query.Receiver.on(surface), dr.width(surface.distance)
+    return query.radiance(by.vol, receiver, direction, by.layout, by.query, by.tracer, tap(by, width))

@@ -12,8 +12,9 @@ import numpy as np
 from ddgi.backend import use_backend
 from ddgi.box import Box, moved
 from ddgi.errors import SettingsError
-from ddgi.probes import formats, grid, query, region, volume, walls
+from ddgi.probes import formats, grid, query, region, sight, volume, walls
 from ddgi.probes.volume import ProbeVolume
+from ddgi.trace.tracer import Tracer
 
 if TYPE_CHECKING:
     from ddgi.scene.scene import Scene
@@ -53,7 +54,8 @@ class IrradianceField:
             found = _walls(scene, seen, box)
         layout = grid.fit(box, replace(settings.grid, box=None), found)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
-        vol = replace(vol, exponent=query.lookup_exponent(settings.query))
+        seen = sight.look(scene.tracer, layout)
+        vol = replace(vol, exponent=query.lookup_exponent(settings.query), sight=seen)
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
 
     def check(self, settings: RenderSettings) -> None:
@@ -94,17 +96,13 @@ def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:
 
 def irradiance(
     field: IrradianceField,
-    position: mi.Point3f,
-    normal: mi.Vector3f,
-    to_viewer: mi.Vector3f,
-    active: mi.Bool,
+    at: query.Receiver,
     layout: volume.Settings,
     s: query.Settings,
-    view_distance: mi.Float | None = None,
+    tracer: Tracer | None = None,
 ) -> mi.Color3f:
     """Irradiance E [W/m^2] at oriented points; arguments as of `query.irradiance`."""
-    vol = field.volumes[0]
-    return query.irradiance(vol, position, normal, to_viewer, active, layout, s, None, view_distance)
+    return query.irradiance(field.volumes[0], at, layout, s, tracer)
 
 
 def _check_contact(settings: RenderSettings) -> None:

@@ -7,6 +7,7 @@ is left. Each can be switched off by itself (CTU Fig. 7.1 adds them one by one).
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import drjit as dr
@@ -15,10 +16,12 @@ from annotated_types import Ge, Interval
 from typing_extensions import Doc
 
 from ddgi.extrema import at_least, at_most, clamp
-from ddgi.probes import formats, volume
+from ddgi.probes import formats, sight, volume
 from ddgi.probes.octahedral import direction_to_square, texel_at
 from ddgi.probes.volume import ProbeVolume
 from ddgi.settings_group import settings_group
+from ddgi.trace.surface import Surface
+from ddgi.trace.tracer import Tracer
 
 
 @settings_group("query")
@@ -57,6 +60,13 @@ class Settings:
     bias_scale: Annotated[
         float, Ge(0), Doc("multiplies the bias: 0.3 (SCALE); metres for ctu and mff (0.25 in MFF)")
     ] = 0.6
+    sight: Annotated[
+        Literal["maps", "cells", "rays"],
+        Doc(
+            "what tells whether probes see the point: their distance maps; rays between the probes of a cell, too; and, "
+            "where those are of two minds, rays from the point"
+        ),
+    ] = "rays"
     sqrt_blending: Annotated[
         bool, Doc("average probes in square-root space (SCALE listing 2); loses light to noise")
     ] = False
@@ -71,96 +81,159 @@ def lookup_exponent(s: Settings) -> float:
     return 0.5 if s.sqrt_blending else 1.0
 
 
+@dataclass
+class Receiver:
+    """N points of surfaces that ask for light."""
+
+    position: mi.Point3f  # (N,) [m]; outside the volume its nearest cell is read
+    normal: mi.Vector3f  # (N,) unit
+    to_viewer: mi.Vector3f  # (N,) unit, towards where the point is seen from (SCALE eq. 2)
+    active: mi.Bool  # (N,) other lanes get zero
+    start: mi.Point3f  # (N,) where rays start that leave the surface [m]
+    # Length of the ray that found the point, (N,) [m]. The self-shadow bias moves the point towards the viewer; that far
+    # the way is free, beyond it may lead through a wall. None: not known.
+    view_distance: mi.Float | None = None
+
+    @staticmethod
+    def on(surface: Surface) -> Receiver:
+        """The points of surfaces that can reflect light."""
+        start = dr.fma(mi.Vector3f(surface.geometric_normal), surface.slack, surface.position)
+        normal = mi.Vector3f(surface.normal)
+        return Receiver(surface.position, normal, surface.to_viewer, surface.lit, start, surface.distance)
+
+
 def irradiance(
     vol: ProbeVolume,
-    position: mi.Point3f,
-    normal: mi.Vector3f,
-    to_viewer: mi.Vector3f,
-    active: mi.Bool,
+    at: Receiver,
     layout: volume.Settings,
     s: Settings,
+    tracer: Tracer | None = None,
     tap: mi.Point2f | None = None,
-    view_distance: mi.Float | None = None,
 ) -> mi.Color3f:
     """Irradiance E [W/m^2] that arrives at oriented points, from one volume.
 
     Args:
-        vol: The volume; points outside read its nearest cell.
-        position: (N,) [m].
-        normal: (N,) unit.
-        to_viewer: (N,) unit, towards where the point is seen from (SCALE eq. 2).
-        active: (N,) other lanes return zero.
+        vol: The volume.
+        at: The points.
         layout: What the probes store.
         s: The weights.
+        tracer: Asked where probes may be hidden, for a `sight` of "rays"; None: nothing is asked.
         tap: (N,) uniform numbers. With them each map read takes one texel, picked with the
             bilinear weights, in place of four: right on average, four times fewer reads.
-        view_distance: (N,) length of the ray that found the point [m]. The self-shadow bias moves the
-            point towards the viewer; that far the way is free, beyond it may lead through a wall.
 
     Returns:
         (N,) irradiance; a field of constant radiance L gives pi L.
     """
-    at = texel_at(direction_to_square(normal), layout.irradiance_size, tap)
+    towards = texel_at(direction_to_square(at.normal), layout.irradiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
-    for probe, share in _shares(vol, position, normal, to_viewer, active, layout, s, tap, view_distance):
-        mean += share * _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, at, active)
+    for probe, share in _shares(vol, at, layout, s, tracer, tap):
+        mean += share * _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, towards, at.active)
     return dr.pi * (dr.square(mean) if s.sqrt_blending else mean)
 
 
 def radiance(
     vol: ProbeVolume,
-    position: mi.Point3f,
-    normal: mi.Vector3f,
-    to_viewer: mi.Vector3f,
+    at: Receiver,
     direction: mi.Vector3f,
-    active: mi.Bool,
     layout: volume.Settings,
     s: Settings,
+    tracer: Tracer | None = None,
     tap: mi.Point2f | None = None,
-    view_distance: mi.Float | None = None,
 ) -> mi.Color3f:
     """Radiance [W/(m^2 sr)] that the probes around oriented points saw in some direction. (N,).
 
     `direction`, (N,) unit, leads away from the point; other arguments as of `irradiance`, for which
     the probes count likewise. Reads the maps of radiance: `layout.radiance_size` is not 0.
     """
-    at = texel_at(direction_to_square(direction), layout.radiance_size, tap)
+    towards = texel_at(direction_to_square(direction), layout.radiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
-    for probe, share in _shares(vol, position, normal, to_viewer, active, layout, s, tap, view_distance):
-        mean += share * _interpolate(fmt, vol.radiance, layout.radiance_size, probe, at, active)
+    for probe, share in _shares(vol, at, layout, s, tracer, tap):
+        mean += share * _interpolate(fmt, vol.radiance, layout.radiance_size, probe, towards, at.active)
     return mean
 
 
-def _shares(vol, position, normal, to_viewer, active, layout, s: Settings, tap, view_distance):
+def _shares(vol, at: Receiver, layout, s: Settings, tracer, tap) -> list[tuple[mi.UInt32, mi.Float]]:
     """The eight probes around points, (number, share) each; the shares add up to one."""
+    first, weights, total = _weighed(vol, at, layout, s, tracer, tap)
+    if _judges_sight(vol, s):
+        # Nothing here sees the point: it is lit like the air in front of it, which its viewer sees through.
+        ahead = _ahead(vol, at)
+
+        def elsewhere(at, tap):
+            return _weighed(vol, at, layout, s, tracer, tap, in_air=True)[:2]
+
+        first, weights = dr.if_stmt(
+            (ahead, tap), (total < sight.LOST) & at.active, elsewhere, lambda *_: (first, weights)
+        )
+    scale = dr.rcp(at_least(sight.summed(weights), 1e-20))
     grid = vol.grid
-    base, place = _cell(grid, position)
-    corner = dr.fma(base, grid.spacing, grid.origin) - position  # from the point to the cell's first probe
-    shift = _bias(grid, normal, to_viewer, view_distance, s)
+    return [
+        (first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1), weight * scale)
+        for k, weight in enumerate(weights)
+    ]
+
+
+def _judges_sight(vol: ProbeVolume, s: Settings) -> bool:
+    return s.sight != "maps" and vol.sight is not None
+
+
+def _ahead(vol: ProbeVolume, at: Receiver) -> Receiver:
+    """The points moved towards their viewer by a spacing, or as far as it stands."""
+    length = vol.grid.smallest_spacing
+    if at.view_distance is not None:
+        length = at_most(length, at.view_distance)
+    position = dr.fma(at.to_viewer, length, at.position)
+    return replace(at, position=position, start=position, view_distance=None)
+
+
+def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: bool = False):
+    """First probe of the cells that points lie in, weights of their eight probes, and what those in front weigh.
+
+    in_air: There is no surface that probes could be behind.
+    """
+    grid = vol.grid
+    base, place = _cell(grid, at.position)
+    corner = dr.fma(base, grid.spacing, grid.origin) - at.position  # from the point to the cell's first probe
+    off, ahead = (mi.Float(0), mi.Float(0)) if in_air else _bias(grid, at, s)
+    shift = at.normal * off + at.to_viewer * ahead
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
     # The eight probes share their coordinates along each axis in fours: two values an axis.
     sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]
     parts = [(1 - place[i], place[i]) for i in range(3)]
-    found, total = [], mi.Float(0)
+    weights, unhidden, ways = [], [], []
     for k in range(8):
         step = [k & 1, k >> 1 & 1, k >> 2 & 1]
         to_probe = mi.Vector3f([sides[i][step[i]] for i in range(3)])
-        probe = first + grid.number(*step)
-        weight = _wrap(to_probe, normal, s)
+        near = parts[0][step[0]] * parts[1][step[1]] * parts[2][step[2]] if s.trilinear else mi.Float(1)
+        wrap = visible = _wrap(to_probe, at.normal, s)
         if s.visibility:
-            weight *= _visibility(vol, probe, shift - to_probe, unit, active, layout, s, tap)
-        weight = at_least(weight, SMALLEST)
-        if s.crush > 0:
-            weight *= at_most(dr.square(weight / s.crush), 1)
-        if s.trilinear:
-            weight *= parts[0][step[0]] * parts[1][step[1]] * parts[2][step[2]]
-        found.append((probe, weight))
-        total += weight
-    scale = dr.rcp(at_least(total, 1e-20))
-    return [(probe, weight * scale) for probe, weight in found]
+            probe = first + grid.number(*step)
+            visible = wrap * _visibility(vol, probe, shift - to_probe, unit, at.active, layout, s, tap)
+        weights.append(_crushed(visible, s) * near)
+        unhidden.append(_crushed(wrap, s) * near)
+        ways.append(to_probe)
+    if not _judges_sight(vol, s):
+        return first, weights, sight.summed(weights)
+    seen = dr.gather(mi.UInt32, vol.sight, sight.cell_number(grid, base), at.active)
+    facing = [mi.Bool(True) if in_air else dr.dot(way, at.normal) > 0 for way in ways]
+    asks = None
+    if s.sight == "rays" and tracer is not None:
+        # From off the surface, as maps are asked: in the folds of a curtain nothing sees it. Towards the viewer the way is free.
+        start = dr.fma(at.to_viewer, ahead, at.start)
+        asks = sight.Asks(tracer, start, corner + (at.position - start), grid.spacing, at.active)
+    weights, front = sight.believed(
+        seen, weights, unhidden, facing, asks, roughly=tap is not None, always=in_air
+    )
+    return first, weights, front
+
+
+def _crushed(weight: mi.Float, s: Settings) -> mi.Float:
+    """What is left of a probe's weight, before the trilinear one (CTU eq. 4.10)."""
+    weight = at_least(weight, SMALLEST)
+    return weight * at_most(dr.square(weight / s.crush), 1) if s.crush > 0 else weight
 
 
 def _cell(grid, position):
@@ -171,8 +244,8 @@ def _cell(grid, position):
     return base, clamp(place - base, 0, 1)
 
 
-def _bias(grid, normal, to_viewer, view_distance, s: Settings) -> mi.Vector3f:
-    """How far the point is moved before its visibility is tested [m]."""
+def _bias(grid, at: Receiver, s: Settings) -> tuple[mi.Float, mi.Float]:
+    """How far the point is moved along its normal and towards its viewer before its visibility is tested [m]."""
     match s.bias:
         case "scale":
             unit = grid.smallest_spacing * (0.75 * s.bias_scale)
@@ -182,10 +255,10 @@ def _bias(grid, normal, to_viewer, view_distance, s: Settings) -> mi.Vector3f:
         case "mff":
             along_normal, along_view = mi.Float(s.bias_scale), mi.Float(3 * s.bias_scale)
         case _:
-            return mi.Vector3f(0)
-    if view_distance is not None:
-        along_view = at_most(along_view, view_distance)
-    return mi.Vector3f(normal) * along_normal + to_viewer * along_view
+            return mi.Float(0), mi.Float(0)
+    if at.view_distance is not None:
+        along_view = at_most(along_view, at.view_distance)
+    return along_normal, along_view
 
 
 def _wrap(to_probe, normal, s: Settings) -> mi.Float:
@@ -193,7 +266,7 @@ def _wrap(to_probe, normal, s: Settings) -> mi.Float:
     if s.wrap == "off":
         return mi.Float(1)
     length2 = at_least(dr.squared_norm(to_probe), 1e-20)
-    cosine = dr.dot(to_probe, mi.Vector3f(normal)) * dr.rsqrt(length2)
+    cosine = dr.dot(to_probe, normal) * dr.rsqrt(length2)
     match s.wrap:
         case "half_cosine":
             return dr.square(cosine * 0.5 + 0.5) + s.wrap_offset

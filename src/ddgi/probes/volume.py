@@ -58,6 +58,9 @@ class ProbeVolume:
     age: mi.UInt32  # (1,) updates since the maps were empty
     texel_fit: TexelFit  # of irradiance maps
     made_for: str | None = None  # the settings that the maps were allocated for, written out; None: not known
+    sight: mi.UInt32 | None = (
+        None  # (cells,) which probes of a cell see one another (`sight.py`); None: not known
+    )
     exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
 
     def reach(self, s: Settings) -> mi.Float:

@@ -106,7 +106,7 @@ def _thin(walls: Walls, volume: Volume) -> Caveat | None:
         spacing = ROUNDING * walls.spacing_needed
         probes = math.ceil(volume.probes * math.prod(volume.spacing) / spacing**3)
         advice = f"make them thicker, or set grid.budget={probes}, for a spacing of {spacing:.2g}"
-    text = f"{percent(walls.leaky)} of the faces that light meets are thinner than {THIN:g} spacings with probes on both sides, so light may leak ({percent(walls.sheets)} have no thickness at all): {advice}"
+    text = f"{percent(walls.leaky)} of the faces that light meets are thinner than {THIN:g} spacings with probes on both sides ({percent(walls.sheets)} have no thickness at all): few probes light each side, and presets without query.sight leak: {advice}"
     return Caveat("thin-walls", text)
 
 
