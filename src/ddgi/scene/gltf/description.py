@@ -60,7 +60,7 @@ def _described(container: Container, notes: Notes) -> Described:
     _note_extensions(document, notes)
     views = Views(container)
     accessors = Accessors(document, views)
-    made = Textures(document, Images(container, views), notes)
+    made = Textures(document, Images(container, views, notes), notes)
     materials = Materials(document, made, notes)
     skins, clips = read_skins(document, accessors), read_clips(document, accessors, notes)
     primitives = PrimitiveReader(accessors, views)
