@@ -57,6 +57,7 @@ class PluginTree:
         self._node_of: dict[int, int] = {}
         self._added: dict[int, str] = {}
         self.notes = Notes()  # what building had to leave out
+        self.called: dict[str, str] = {}  # what a file calls materials whose ids are ours
         self.version: tuple[int, ...] = (3,)  # of Mitsuba, that the file was written for
 
     @classmethod
