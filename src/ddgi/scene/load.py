@@ -176,9 +176,11 @@ def _obj(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scen
 
 def _ply(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.notes import Notes
-    from ddgi.scene.ply import read_ply
+    from ddgi.scene.ply.description import read_ply
 
-    return _described(path, read_ply(path), Notes(), added, up, diffuse, None)
+    notes = Notes()
+    description, origin = read_ply(path, notes)
+    return _described(path, description, notes, added, up, diffuse, origin)
 
 
 def _described(
