@@ -6,7 +6,7 @@
 
 The same number gives the same file, while the undamaged ones stay the same. Of twenty files sixteen are
 glTF, three OBJ with MTL, one PLY. glTF and OBJ are read up to the description that Mitsuba's parser takes,
-whose meshes must be finite and in range; PLY, which Mitsuba reads, to the scene. A file may take one second
+whose meshes must be finite and in range; PLY to the scene. A file may take one second
 of processor time, and 512 MB beyond what a process has that has read the undamaged ones.
 """
 

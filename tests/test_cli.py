@@ -143,6 +143,7 @@ def test_figures_on_stdout(run, tmp_path):
         ["--materials", "diffuse"],
         ["--ceiling", "auto"],
         ["--ceiling", "0.9"],
+        ["--clear", "small-box", "--clear", "GREEN-wall"],
     ],
 )
 def test_options_are_understood(run, tmp_path, options):
@@ -242,6 +243,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["render", "cornell", "-o", "a.png", "--sky", "-1,0,0"], "sky must be"),
         (["render", "cornell", "-o", "a.png", "--ceiling", "-9"], "ceiling must be above"),
         (["render", "cornell", "-o", "a.png", "--ceiling", "1e9"], "no higher than"),
+        (["render", "cornell", "-o", "a.png", "--clear", "box"], "the nearest are small-box, large-box"),
         (["render", "cornell", "-o", "a.png", "--point", "0,0,0,-1,0,0"], "negative"),
         (["render", "cornell", "-o", "a.png", "--env", "none.exr"], "not found"),
         (

@@ -50,9 +50,32 @@ def test_integrator_sampler_film_and_filter_of_old(tmp_path):
     body = f'<integrator type="irrcache"><integer name="maxDepth" value="3"/></integrator>\n{sensor}\n'
     scene = load(tmp_path, body + floor(""))
     assert scene.camera.size == (40, 30)
-    for part in ("irrcache", "halton", "ldrfilm"):
+    for part in ("irrcache", "halton", "ldrfilm", "nosuchfilter"):
         noted(scene, part, "left out", "line")
     reference(scene)
+
+
+def framed(integrator, sampler, film, rfilter):
+    return (
+        f'<integrator type="{integrator}"/><sensor type="perspective"><sampler type="{sampler}"/>'
+        f'<film type="{film}"><rfilter type="{rfilter}"/></film></sensor>' + floor("")
+    )
+
+
+def test_names_that_no_mitsuba_ever_had(tmp_path):
+    """Also those of another kind, and paths."""
+    scene = load(tmp_path, framed("frobtracer", "haltonx", "diffuse", "../weird"), "3.0.0")
+    noted(scene, "frobtracer", "line 2", "no such integrator, left out")
+    noted(scene, "haltonx", "no such sampler, left out")
+    noted(scene, "diffuse", "no such film, left out")
+    noted(scene, "../weird", "no such reconstruction filter, left out")
+    reference(scene)
+
+
+@pytest.mark.parametrize("integrator", ["path", "prb", "aov"])  # C++, Python, one that needs a property
+def test_what_mitsuba_has_goes_without_a_word(tmp_path, integrator):
+    scene = load(tmp_path, framed(integrator, "stratified", "specfilm", "mitchell"), "3.0.0")
+    assert not any("left out" in note for note in scene.notes)
 
 
 def test_a_sensor_that_is_gone(tmp_path):

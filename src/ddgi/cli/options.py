@@ -28,6 +28,7 @@ SCENE_OPTIONS: tuple[Option, ...] = (
     click.option("--point", type=Numbers(6, "X,Y,Z,R,G,B"), multiple=True, help="Add a point light [m, W/sr]; repeatable."),
     click.option("--spot", type=SpotLight(), multiple=True, help="Add a spot light: from, to [m], intensity [W/sr], cutoff [deg]; repeatable."),
     click.option("--ceiling", type=Ceiling(), help="Add a ceiling: the height of its lower face [m], or the top of the walls."),
+    click.option("--clear", metavar="NAME", multiple=True, help="Light passes what is made of this material, or is called so, as if it were not there; repeatable."),
     click.option("--materials", type=click.Choice(["full", "diffuse"]), default="full", show_default=True, help="As the scene has them, or every surface diffuse and no glass."),
 )  # fmt: skip
 """Named like the fields of `SceneRequest`."""

@@ -28,6 +28,7 @@ class SceneRequest:
     point: tuple[Numbers, ...] = ()  # position, intensity
     spot: tuple[Numbers, ...] = ()  # position, target, intensity, cutoff angle
     ceiling: float | Literal["auto"] | None = None
+    clear: tuple[str, ...] = ()
     materials: str = "full"
 
     def open(self, source: str) -> Scene:
@@ -48,6 +49,7 @@ class SceneRequest:
             env=self.env,
             lights=[*map(_point_light, self.point), *map(_spot_light, self.spot)],
             ceiling=self.ceiling,
+            clear=self.clear,
             materials=self.materials,
         )
         if self.near is not None:

@@ -1,4 +1,4 @@
-"""What the caller adds to a scene."""
+"""What the caller adds to a scene, and takes out of it."""
 
 from __future__ import annotations
 
@@ -17,3 +17,4 @@ class Added:
 
     lights: AddedLights = AddedLights()
     ceiling: Height | None = None
+    clear: tuple[str, ...] = ()

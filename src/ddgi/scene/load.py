@@ -41,6 +41,7 @@ def load_scene(
     env: str | Path | None = None,
     lights: Sequence[dict[str, Any]] = (),
     ceiling: Height | None = None,
+    clear: Sequence[str] = (),
     materials: str = "full",
 ) -> Scene:
     """Load a scene.
@@ -62,6 +63,8 @@ def load_scene(
         lights: Point, spot and directional lights to add, each a dictionary as for `mi.load_dict`.
         ceiling: A white slab to add over the walls: the height of its lower face along `up` [m], or
             "auto" for the top of the walls.
+        clear: Names of materials, or of shapes, that light is to pass straight, as if they were not
+            there: opaque window panes. Capitals do not matter; lamps stay.
         materials: "full", or "diffuse" for a comparison: every surface is Lambertian with its albedo,
             gloss left out, and glass is gone, here and in the scene's `source`. Shapes handed
             over as Mitsuba objects keep their Lambertian BSDF afterwards.
@@ -78,8 +81,10 @@ def load_scene(
         raise SceneError(f"a scene is a name, a path or a dictionary, not a {type(source).__name__}")
     if materials not in MATERIALS:
         raise SceneError(f"materials must be {' or '.join(MATERIALS)}, not {materials!r}")
+    if isinstance(clear, str):
+        raise SceneError(f"clear must be a list of names, not {clear!r}")
     use_backend()
-    added = Added(AddedLights(sun, sky, env, tuple(lights)), ceiling)
+    added = Added(AddedLights(sun, sky, env, tuple(lights)), ceiling, tuple(clear))
     scene = _imported(source, added, up, materials == "diffuse")
     scene = _seen(scene, camera, look, indoors=ceiling is not None)
     if size is not None:
@@ -156,7 +161,7 @@ def _gltf(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Sce
 
     notes = Notes()
     read = read_gltf(path, notes)
-    scene = _described(path, read.description, notes, added, up, diffuse, read.origin)
+    scene = _described(path, read.description, notes, added, up, diffuse, read.origin, read.called)
     return replace(scene, rig=read.rig)
 
 
@@ -171,9 +176,11 @@ def _obj(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scen
 
 def _ply(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.notes import Notes
-    from ddgi.scene.ply import read_ply
+    from ddgi.scene.ply.description import read_ply
 
-    return _described(path, read_ply(path), Notes(), added, up, diffuse, None)
+    notes = Notes()
+    description, origin = read_ply(path, notes)
+    return _described(path, description, notes, added, up, diffuse, origin)
 
 
 def _described(
@@ -184,10 +191,11 @@ def _described(
     up: np.ndarray | None,
     diffuse: bool,
     origin: np.ndarray | None,
+    called: dict[str, str] | None = None,
 ) -> Scene:
     """The scene that a description made of a file stands for; +y is up unless the caller says.
 
-    `origin`: see `import_scene`.
+    `origin`: see `import_scene`; `called`: see `PluginTree`.
     """
     from ddgi.scene.mitsuba_scene import import_scene
     from ddgi.scene.plugin_tree import PluginTree
@@ -195,6 +203,7 @@ def _described(
     up = np.array(AXES["y"]) if up is None else up
     try:
         tree = PluginTree.parse(description)
+        tree.called = called or {}
         return import_scene(
             tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes, origin=origin
         )

@@ -15,6 +15,7 @@ from ddgi.plural import counted
 from ddgi.scene.added import Added
 from ddgi.scene.camera import Camera
 from ddgi.scene.ceiling import Height, describe_ceiling
+from ddgi.scene.clear import make_clear
 from ddgi.scene.daylight import default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
@@ -60,7 +61,7 @@ def import_scene(
     Args:
         tree: The parsed scene; what is added goes in, and film, sampler and integrator cleared.
         name: What to call it.
-        added: What to add.
+        added: What to add, and what to take out.
         up: (3,) unit vector; by default the axis nearest the first camera's up, or +y.
         box: What probes should cover [m], if the scene's maker says.
         diffuse: Make every surface Lambertian, in the tree as well.
@@ -74,6 +75,7 @@ def import_scene(
     notes = notes or Notes()
     tree.notes = notes
     replace_old_plugins(tree, notes)
+    make_clear(tree, added.clear, notes)
     _clear_what_is_ours(tree, notes)
     moved = np.zeros(3) if origin is None else origin
     cameras, camera_up = _cameras(tree, notes, moved)

@@ -14,34 +14,22 @@ import mitsuba as mi
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_tree import PluginTree
 
-GONE = {
-    mi.ObjectType.Integrator: [
-        "adaptive",
-        "bdpt",
-        "erpt",
-        "irrcache",
-        "mlt",
-        "path_simple",
-        "photonmapper",
-        "ppm",
-        "pssmlt",
-        "ptracer_simple",
-        "sppm",
-        "vpl",
-        "volpath_simple",
-    ],
-    mi.ObjectType.Sampler: ["halton", "hammersley", "sobol"],
-    mi.ObjectType.Film: ["ldrfilm", "mfilm", "tiledhdrfilm"],
+DROPPED = {
+    mi.ObjectType.Integrator: "integrator",
+    mi.ObjectType.Sampler: "sampler",
+    mi.ObjectType.Film: "film",
+    mi.ObjectType.ReconstructionFilter: "reconstruction filter",
 }
-"""What is dropped in any case, and worth a note since Mitsuba would refuse it."""
+"""What is ours in any case; of those that Mitsuba would refuse a note says so."""
 
 
 def replace_old_plugins(tree: PluginTree, notes: Notes) -> None:
     """Put a substitute in the place of every plugin that no longer exists and has one."""
     for index in range(len(tree.state.nodes)):
         plugin, kind = tree.plugin(index), tree.kind(index)
-        if plugin in GONE.get(kind, ()):
-            notes.add(f"{tree.label(index)}: Mitsuba 3 has no such {kind.name.lower()}, left out")
+        if kind in DROPPED:
+            if not _exists(plugin, kind):
+                notes.add(f"{tree.label(index)}: Mitsuba 3 has no such {DROPPED[kind]}, left out")
         elif (rule := _RULES.get((kind, plugin))) is not None:
             label = tree.label(index)
             substitute = rule(tree, index)
@@ -52,6 +40,18 @@ def replace_old_plugins(tree: PluginTree, notes: Notes) -> None:
         if _lies(tree, index):
             _stand_up(tree.properties(index))
             notes.add(f"{tree.label(index)}: turned, as skies had +y up before Mitsuba 3")
+
+
+def _exists(plugin: str, kind: Any) -> bool:
+    """Whether Mitsuba has a plugin of that name and kind."""
+    found = mi.PluginManager.instance().plugin_type(plugin)
+    if found != mi.ObjectType.Unknown or not plugin.isidentifier():  # a path would be looked for on the disk
+        return bool(found == kind)
+    try:  # of those written in Python only building tells
+        mi.load_dict({"type": plugin})
+    except Exception as error:  # others complain of what they need
+        return "not found" not in str(error)
+    return True
 
 
 def _lies(tree: PluginTree, index: int) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.scene import mesh_arrays, product_texture
+from ddgi.scene.jpeg import heard, is_jpeg
 from ddgi.scene.mesh_arrays import register_mesh_arrays
 from ddgi.scene.notes import Notes
 from ddgi.scene.product_texture import register_product
@@ -56,6 +57,7 @@ class PluginTree:
         self._node_of: dict[int, int] = {}
         self._added: dict[int, str] = {}
         self.notes = Notes()  # what building had to leave out
+        self.called: dict[str, str] = {}  # what a file calls materials whose ids are ours
         self.version: tuple[int, ...] = (3,)  # of Mitsuba, that the file was written for
 
     @classmethod
@@ -229,7 +231,8 @@ class PluginTree:
             state = mi.parser.ParserState()
             state.nodes.append(mi.parser.SceneNode(node))
             try:
-                return mi.parser.instantiate(self._config, state)
+                with self._listening(index):
+                    return mi.parser.instantiate(self._config, state)
             except Exception as error:
                 unknown = [key for key in _unknown_properties(error) if key in node.props]
                 if not unknown or not self._from_file(index):  # in a dictionary it is a slip, not age
@@ -239,6 +242,14 @@ class PluginTree:
                 del node.props[key]
                 if key in self.properties(index):  # the reference builds from it
                     self.drop(index, key)
+
+    def _listening(self, index: int) -> AbstractContextManager[None]:
+        """What to hold around the building of a node: the damage of a JPEG picture becomes a note."""
+        properties, string = self.properties(index), mi.Properties.Type.String
+        if "filename" not in properties or properties.type("filename") != string:
+            return nullcontext()
+        path = Path(str(mi.file_resolver().resolve(properties["filename"])))
+        return heard(self.label(index), self.notes) if is_jpeg(path) else nullcontext()
 
     def properties_of(self, built: Any) -> Any | None:
         """The properties an object was built from; None if it came as an object."""

@@ -15,6 +15,7 @@ from ddgi.scene.materials import MaterialReader, Row
 from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.plugin_tree import PluginTree
+from ddgi.scene.ply.faces import check_triangles
 from ddgi.scene.validate import check_mesh, without_area
 
 UNCHECKED_FILES = ("ply", "serialized")
@@ -141,6 +142,8 @@ class ShapeReader:
         return shape
 
     def _built(self, index: int) -> mi.Shape:
+        if self._tree.plugin(index) == "ply":
+            self._check_ply(index)
         if self._tree.plugin(index) in UNCHECKED_FILES:
             # Without normals to compute and lights to measure, nothing reads the faces yet.
             bare = self._tree.build(index, skip=lambda _: True, changes={"face_normals": True})
@@ -160,6 +163,16 @@ class ShapeReader:
             if bare is None or bare.face_count():
                 raise
             return bare
+
+    def _check_ply(self, index: int) -> None:
+        """Mitsuba's reader stumbles over polygons, and shows vertex 0 for one that does not exist."""
+        path = Path(str(mi.file_resolver().resolve(self._tree.properties(index).get("filename", ""))))
+        if not path.is_file():
+            return  # which building says
+        try:
+            check_triangles(path)
+        except SceneError as error:
+            raise SceneError(f"{self._tree.label(index)}: {error}") from error
 
     def _not_ours(self, index: int) -> bool:
         """Whether a child of a shape is left out."""

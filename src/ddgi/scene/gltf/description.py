@@ -35,6 +35,7 @@ class Described:
     description: dict[str, Any]
     origin: np.ndarray  # (3,) the place in the file's coordinates that those in the description count from
     rig: Rig  # in the file's coordinates
+    called: dict[str, str]  # names of materials in the file, by their keys in the description
 
 
 def read_gltf(path: Path, notes: Notes) -> Described:
@@ -60,7 +61,7 @@ def _described(container: Container, notes: Notes) -> Described:
     _note_extensions(document, notes)
     views = Views(container)
     accessors = Accessors(document, views)
-    made = Textures(document, Images(container, views), notes)
+    made = Textures(document, Images(container, views, notes), notes)
     materials = Materials(document, made, notes)
     skins, clips = read_skins(document, accessors), read_clips(document, accessors, notes)
     primitives = PrimitiveReader(accessors, views)
@@ -83,7 +84,7 @@ def _described(container: Container, notes: Notes) -> Described:
         "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
     }  # fmt: skip
     rig = Rig(_rig_nodes(document, shapes, things), skins, clips, builder.bendable)
-    return Described(description, origin, rig)
+    return Described(description, origin, rig, materials.called)
 
 
 class _Things:

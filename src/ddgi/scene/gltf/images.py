@@ -11,8 +11,11 @@ from ddgi.errors import SceneError
 from ddgi.scene.gltf.buffers import Views
 from ddgi.scene.gltf.document import Container
 from ddgi.scene.gltf.uris import read_uri
+from ddgi.scene.jpeg import END, heard
+from ddgi.scene.jpeg import SIGNATURE as JPEG
+from ddgi.scene.notes import Notes
 
-PNG, JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
+PNG = b"\x89PNG\r\n\x1a\n"
 OTHERS = {b"\xabKTX 20": "KTX2", b"RIFF": "WebP", b"DDS ": "DDS", b"GIF8": "GIF", b"BM": "BMP"}
 FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 """JPEG markers that say the size."""
@@ -23,9 +26,10 @@ MOST_TEXELS = 2**27
 class Images:
     """Every picture of a file, decoded when first asked for."""
 
-    def __init__(self, container: Container, views: Views) -> None:
+    def __init__(self, container: Container, views: Views, notes: Notes) -> None:
         self._container = container
         self._views = views
+        self._notes = notes
         self._texels: dict[int, np.ndarray] = {}
 
     def texels(self, index: int) -> np.ndarray:
@@ -42,12 +46,12 @@ class Images:
                 data = bytes(self._views.content(image.buffer_view))
             else:
                 raise SceneError(f"{label} has neither uri nor bufferView")
-            self._texels[index] = decode(data, label)
+            self._texels[index] = decode(data, label, self._notes)
         return self._texels[index]
 
 
-def decode(data: bytes, label: str) -> np.ndarray:
-    """(H, W, 4) texels of a PNG or JPEG.
+def decode(data: bytes, label: str, notes: Notes) -> np.ndarray:
+    """(H, W, 4) texels of a PNG or JPEG; a note if a JPEG is damaged and yet decoded.
 
     Raises:
         SceneError: It is neither, broken, or too large.
@@ -63,9 +67,12 @@ def decode(data: bytes, label: str) -> np.ndarray:
         raise SceneError(f"{label}: a picture of {width} x {height} texels cannot be used")
     stream = mi.MemoryStream()
     stream.write(data)
+    if data.startswith(JPEG):
+        stream.write(END)  # where there is none Mitsuba would read on for ever
     stream.seek(0)
     try:
-        bitmap = mi.Bitmap(stream)
+        with heard(label, notes):
+            bitmap = mi.Bitmap(stream)
     except Exception as error:  # Mitsuba raises RuntimeError and others
         raise SceneError(f"{label} cannot be decoded: {_reason(error)}") from error
     return _rgba(np.array(bitmap))

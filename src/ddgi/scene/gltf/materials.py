@@ -57,6 +57,7 @@ class Materials:
         self._notes = notes
         self._looks: dict[tuple[int | None, VertexColors, bool], Look] = {}
         self.plugins: dict[str, Described] = {}  # as inside a scene dictionary
+        self.called: dict[str, str] = {}  # names in the file, by key of `plugins`
 
     def look(self, index: int | None, vertices: VertexColors, mirrored: bool = False) -> Look:
         """What a primitive looks like; without a material, as the specification's default.
@@ -76,6 +77,7 @@ class Materials:
             look = _Reader(material, self._textures, vertices, self._notes, mirrored).look()
             name = f"_material-{len(self.plugins)}"
             self.plugins[name] = look.bsdf
+            self.called[name] = material.name or ("" if index is None else f"material-{index}")
             self._looks[key] = replace(look, bsdf={"type": "ref", "id": name})
         return self._looks[key]
 

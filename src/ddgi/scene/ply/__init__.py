@@ -1,0 +1,1 @@
+"""PLY files: header, tables, and what becomes of them."""
