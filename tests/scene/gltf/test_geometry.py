@@ -65,6 +65,22 @@ def test_triangles_without_area_are_counted(tmp_path):
     assert found[""] == ("1 triangle(s) without area left out",)
 
 
+@pytest.mark.parametrize(
+    ("primitives", "message"),
+    [
+        ([([0, 0, 1, 1, 1, 1], 4)], "none of the 2 triangles has an area: export"),
+        ([([0, 1, 1], 4), ([0, 1], 1)], "its only triangle has no area: export"),
+        ([([0, 1], 1), ([0, 1, 2], 3), ([0], 0)], "only 2 line primitives and 1 point primitive: export"),
+    ],
+)
+def test_files_without_a_surface_say_what_they_hold(tmp_path, primitives, message):
+    writer = Writer()
+    for indices, mode in primitives:
+        writer.node(mesh=writer.mesh(indices=indices, primitive={"mode": mode}))
+    with pytest.raises(SceneError, match=message):
+        shapes_of(writer.gltf(tmp_path))
+
+
 def test_hierarchy_and_parts(tmp_path):
     """Scale by 2, half a turn around +y, move by (10, 0, 0); then the parent moves by (0, 5, 0)."""
     writer = Writer()

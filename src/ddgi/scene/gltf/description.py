@@ -23,6 +23,7 @@ from ddgi.scene.gltf.primitives import PrimitiveReader
 from ddgi.scene.gltf.schema import Document
 from ddgi.scene.gltf.shapes import ShapeBuilder
 from ddgi.scene.gltf.textures import Textures
+from ddgi.scene.no_surface import no_triangle, none_has_area, only
 from ddgi.scene.notes import Notes
 from ddgi.scene.recentre import origin_for
 from ddgi.scene.rig import Rig, RigNode
@@ -77,6 +78,7 @@ def _described(container: Container, notes: Notes) -> Described:
             things.add(placed)
     builder = ShapeBuilder(document, accessors, primitives, materials, skins, worlds, notes, names)
     shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
+    _check_surfaces(builder)
     _note_geometry(builder, notes)
     if clips:
         notes.add(f"{len(clips)} animation(s) kept; the picture shows the file at rest")
@@ -121,9 +123,19 @@ def _note_extensions(document: Document, notes: Notes) -> None:
         notes.add(f"{name if name.isprintable() else repr(name)} {what}")
 
 
+def _check_surfaces(builder: ShapeBuilder) -> None:
+    """Refuse a file in which there is something, but no surface. Of one without anything the import tells."""
+    if builder.shapes:
+        return
+    if builder.without_area:
+        raise SceneError(none_has_area(builder.without_area))
+    if found := only(builder.not_triangles):
+        raise SceneError(no_triangle(found))
+
+
 def _note_geometry(builder: ShapeBuilder, notes: Notes) -> None:
-    if builder.not_triangles:
-        notes.add(f"{builder.not_triangles} primitive(s) of points or lines left out")
+    if others := sum(builder.not_triangles.values()):
+        notes.add(f"{others} primitive(s) of points or lines left out")
     if builder.without_area:
         notes.add(f"{builder.without_area} triangle(s) without area left out")
 
