@@ -9,6 +9,7 @@ import pytest
 
 from ddgi.errors import SettingsError
 from ddgi.probes import grid, volume
+from ddgi.probes.walls import Walls
 from ddgi.settings import RenderSettings
 from probing import changed, lattice
 
@@ -113,6 +114,45 @@ def test_flat_boxes_get_two_planes():
     g = grid.fit(((0, 0, 0), (4, 0, 4)), grid.Settings(budget=200))
     assert g.counts[1] == 2 or g.counts[1] == 3
     assert (numbers(g)[1] > 0).all()
+
+
+@pytest.mark.parametrize("margin", [None, -0.1, 0.0, 0.45, 0.6, 1.0])
+@pytest.mark.parametrize("size", [(4, 0, 4), (1, 1, 0), (0, 3, 0), (0.001, 1, 2), (1e-3, 2e-3, 0)], ids=str)
+def test_cells_of_flat_boxes_are_as_high_as_long(size, margin):
+    size = np.array(size, float)
+    low = np.array([5.0, -2.0, 0.5]) * size.max()
+    g = grid.fit((tuple(low), tuple(low + size)), grid.Settings(margin=margin))
+    origin, spacing = numbers(g)
+    flat = size < 1e-2 * size.max()
+    assert g.size <= 2048
+    assert np.allclose(spacing, spacing.min(), rtol=0.1)
+    # As many planes on either side of what is flat, the nearest half a spacing from its middle.
+    middle = (low + size / 2 - origin) / spacing
+    assert np.allclose(middle[flat], (np.array(g.counts)[flat] - 1) / 2, atol=1e-3)
+    assert all(n % 2 == 0 for n in np.array(g.counts)[flat])
+    reach = (np.array(g.counts)[flat] - 1) / 2
+    assert (reach >= (margin or 0) - 1e-6).all()
+
+
+def test_low_rooms_are_not_flat():
+    """A hall of 100 x 100 x 2.5 for few probes: no plane leaves it, though its cells are long."""
+    box, s = ((0.0, 0.0, 0.0), (100.0, 2.5, 100.0)), grid.Settings(budget=60)
+    none = Walls(np.zeros(0), np.zeros(0), np.zeros(0))
+    facing_in = Walls(np.array([0.0, 2.5]), np.array([1.0, -1.0]), np.array([0.5, 0.5]))
+    facing_out = Walls(np.array([0.0, 2.5]), np.array([-1.0, 1.0]), np.array([0.5, 0.5]))
+    first, last = corners(grid.fit(box, s, [none, facing_in, none]))[:, 1]
+    assert 0 < first < last < 2.5
+    first, last = corners(grid.fit(box, s, [none, facing_out, none]))[:, 1]  # a slab seen from outside
+    assert first < -5
+    assert last > 7.5
+
+
+def test_counts_and_spacing_of_flat_boxes_are_taken_as_given():
+    box = ((0.0, 0.0, 0.0), (4.0, 0.0, 4.0))
+    assert np.allclose(numbers(grid.fit(box, grid.Settings(spacing=0.5)))[1], 0.5)
+    g = grid.fit(box, grid.Settings(counts=(5, 3, 5), margin=0))
+    assert g.counts == (5, 3, 5)
+    assert numbers(g)[1][1] == pytest.approx(4e-3 / 2)  # a token thickness
 
 
 def test_number_and_position_are_inverse():

@@ -1,4 +1,4 @@
-"""Damaged JPEG pictures: nothing on stderr but what is ours, in glTF and in Mitsuba files."""
+"""Damaged JPEG pictures: nothing on stderr but what is ours, whichever kind of file shows them."""
 
 import os
 import threading
@@ -45,6 +45,14 @@ def gltf(folder, data):
     return writer.glb(folder)
 
 
+def obj(folder, data):
+    (folder / "b.jpg").write_bytes(data)
+    (folder / "a.mtl").write_text("newmtl m\nmap_Kd b.jpg\n")
+    path = folder / "a.obj"
+    path.write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    return path
+
+
 def xml(folder, data):
     (folder / "b.jpg").write_bytes(data)
     path = folder / "a.xml"
@@ -55,7 +63,7 @@ def xml(folder, data):
     return path
 
 
-KINDS = pytest.mark.parametrize("kind", [gltf, xml])
+KINDS = pytest.mark.parametrize("kind", [gltf, obj, xml])
 
 
 @KINDS

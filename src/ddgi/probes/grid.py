@@ -109,19 +109,40 @@ def fit(box: Box, s: Settings, walls: list[Walls] | None = None) -> ProbeGrid:
         raise SettingsError(
             f"grid.box must be finite and have its low corner below the high one: {low} {high}"
         )
-    counts = _counts(extent, s)
+    flat = [a for a in _flat(extent, s) if walls is None or not _is_room(walls[a], low[a], high[a])]
+    counts = _counts(extent, s, flat)
     if min(counts) < 2:
         raise SettingsError(f"grid.counts must be 2 or more along each axis: {counts}")
     axes = [
         _planes(low[a], high[a], counts[a], max(extent) * FLAT, s, walls[a] if walls else None)
         for a in range(3)
     ]
+    step = min(axes[a][1] for a in range(3) if a not in flat)
+    for a in flat:  # as many planes on either side, and none in what is flat
+        axes[a] = (low[a] + high[a] - step * (counts[a] - 1)) / 2, step
     first, spacing = zip(*axes, strict=True)
     return ProbeGrid(counts, dr.opaque(mi.Point3f, list(first)), dr.opaque(mi.Vector3f, list(spacing)))
 
 
 FLAT = 1e-3
-"""A box flatter than this share of its longest side is lit as if it were that thick."""
+"""With counts given, a box flatter than this share of its longest side is lit as if it were that thick."""
+SQUASHED = 4
+"""Cells that would be this many times as long as high are made as high as long, but in rooms, which end at their walls."""
+
+
+def _flat(extent: list[float], s: Settings) -> list[int]:
+    """Axes along which a box is far thinner than the spacing that its budget allows."""
+    if s.counts is not None or s.spacing is not None:
+        return []
+    # A handful of probes has no spacing to speak of: a corridor is not flat for that.
+    step = min(_step(extent, s, []), max(extent) / SQUASHED)
+    return [a for a in range(3) if SQUASHED * extent[a] < step]
+
+
+def _is_room(walls: Walls, low: float, high: float) -> bool:
+    """Whether there are walls at both ends of an axis that face each other."""
+    inwards = walls.facing * ((low + high) / 2 - walls.place) > 0
+    return bool((inwards & (walls.facing > 0)).any() and (inwards & (walls.facing < 0)).any())
 
 
 def _planes(low: float, high: float, count: int, smallest: float, s: Settings, walls: Walls | None):
@@ -138,32 +159,41 @@ def _planes(low: float, high: float, count: int, smallest: float, s: Settings, w
     return low - below * spacing, spacing
 
 
-def _counts(extent: list[float], s: Settings) -> tuple[int, int, int]:
+def _counts(extent: list[float], s: Settings, flat: list[int]) -> tuple[int, int, int]:
     """Probes along each axis: as set, for the spacing set, or as many as the budget allows."""
     if s.counts is not None:
         return s.counts
     if s.spacing is not None:
-        return _counts_for(extent, s.spacing, s.margin)
+        return _counts_for(extent, s.spacing, s.margin, flat)
+    return _fill(list(_counts_for(extent, _step(extent, s, flat), s.margin, flat)), extent, s.budget, flat)
+
+
+def _step(extent: list[float], s: Settings, flat: list[int]) -> float:
+    """The smallest cubic spacing within the budget, by bisection."""
     low, high = max(extent) * 1e-4, max(extent) * 2
-    for _ in range(60):  # bisect for the smallest cubic spacing within the budget
+    for _ in range(60):
         middle = math.sqrt(low * high)
-        if math.prod(_counts_for(extent, middle, s.margin)) > s.budget:
+        if math.prod(_counts_for(extent, middle, s.margin, flat)) > s.budget:
             low = middle
         else:
             high = middle
-    return _fill(list(_counts_for(extent, high, s.margin)), extent, s.budget)
+    return high
 
 
-def _fill(counts: list[int], extent: list[float], budget: int) -> tuple[int, int, int]:
+def _fill(counts: list[int], extent: list[float], budget: int, flat: list[int]) -> tuple[int, int, int]:
     """Spend what rounding left of the budget: more planes across the axes with the widest cells."""
     by_width = lambda a: extent[a] / (counts[a] - 1)  # noqa: E731
-    for axis in sorted(range(3), key=by_width, reverse=True):
+    for axis in sorted(set(range(3)) - set(flat), key=by_width, reverse=True):
         if math.prod(counts) // counts[axis] * (counts[axis] + 1) <= budget:
             counts[axis] += 1
     return counts[0], counts[1], counts[2]
 
 
-def _counts_for(extent: list[float], step: float, margin: float | None) -> tuple[int, int, int]:
+def _counts_for(
+    extent: list[float], step: float, margin: float | None, flat: list[int]
+) -> tuple[int, int, int]:
     beyond = 2 * (margin or 0.0)
-    x, y, z = (max(2, math.ceil(e / step + beyond - 1e-6) + 1) for e in extent)
-    return x, y, z
+    counts = [max(2, math.ceil(e / step + beyond - 1e-6) + 1) for e in extent]
+    for a in flat:  # an even number, of which the outermost are the margin away, or more
+        counts[a] = 2 * max(1, math.ceil((beyond + 1) / 2 - 1e-6))
+    return counts[0], counts[1], counts[2]

@@ -21,6 +21,7 @@ from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
 from ddgi.scene.named_lights import name_lights
+from ddgi.scene.no_surface import none_has_area
 from ddgi.scene.notes import NO_LIGHT, Notes
 from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
@@ -161,7 +162,7 @@ def _read(tree: PluginTree, name: str, notes: Notes) -> tuple[ShapeReader, Emitt
     if geometry.without_area:
         notes.add(f"{geometry.without_area} triangle(s) without area, which no ray meets")
     if geometry.triangles == 0 and geometry.without_area:
-        raise SceneError(f"none of the {geometry.without_area} triangle(s) in the scene has an area")
+        raise SceneError(none_has_area(geometry.without_area))
     if geometry.triangles == 0:
         raise SceneError("there is no geometry in the scene")
     return shapes, emitters

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from ddgi.errors import SceneError
 from ddgi.lighting.lights import DIRECTIONAL, POINT, SPOT
 from ddgi.scene.shapes import shape_number
+from ddgi.scene.unique_names import UniqueNames
 
 if TYPE_CHECKING:
     from ddgi.scene.emitters import EmitterReader
@@ -57,12 +58,5 @@ def find_light(lights: Sequence[NamedLight], wanted: str | int) -> NamedLight:
 
 def _unique(lights: Sequence[NamedLight]) -> tuple[NamedLight, ...]:
     """The same lights, those of one name numbered."""
-    used: set[str] = set()
-    out = []
-    for light in lights:
-        name, number = light.name, 2
-        while name in used:
-            name, number = f"{light.name}-{number}", number + 1
-        used.add(name)
-        out.append(replace(light, name=name))
-    return tuple(out)
+    names = UniqueNames()
+    return tuple(replace(light, name=names.unique(light.name)) for light in lights)

@@ -16,6 +16,7 @@ from ddgi.scene.notes import Notes
 from ddgi.scene.plugin_parts import parts
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.ply.faces import check_triangles
+from ddgi.scene.unique_names import UniqueNames
 from ddgi.scene.validate import check_mesh, without_area
 
 UNCHECKED_FILES = ("ply", "serialized")
@@ -50,7 +51,7 @@ class ShapeReader:
         self._emitters = emitters
         self._notes = notes
         self._groups: dict[int, bool] = {}
-        self._used: set[str] = set()
+        self._names = UniqueNames()
         self.geometry = Geometry()
 
     def add(self, child: int | mi.Shape, name: str, parent: int = 0) -> None:
@@ -104,10 +105,7 @@ class ShapeReader:
             base = Path(properties["filename"]).stem
         else:
             base = shape.class_name().lower() if key.startswith("_") else key
-        name, number = base, 2
-        while name in self._used:
-            name, number = f"{base}-{number}", number + 1
-        self._used.add(name)
+        name = self._names.unique(base)
         if shape_number(shape) in self.geometry.rows:
             self.geometry.names[name] = shape_number(shape)
         return name

@@ -65,6 +65,22 @@ def test_triangles_without_area_are_counted(tmp_path):
     assert found[""] == ("1 triangle(s) without area left out",)
 
 
+@pytest.mark.parametrize(
+    ("primitives", "message"),
+    [
+        ([([0, 0, 1, 1, 1, 1], 4)], "none of the 2 triangles has an area: export"),
+        ([([0, 1, 1], 4), ([0, 1], 1)], "its only triangle has no area: export"),
+        ([([0, 1], 1), ([0, 1, 2], 3), ([0], 0)], "only 2 line primitives and 1 point primitive: export"),
+    ],
+)
+def test_files_without_a_surface_say_what_they_hold(tmp_path, primitives, message):
+    writer = Writer()
+    for indices, mode in primitives:
+        writer.node(mesh=writer.mesh(indices=indices, primitive={"mode": mode}))
+    with pytest.raises(SceneError, match=message):
+        shapes_of(writer.gltf(tmp_path))
+
+
 def test_hierarchy_and_parts(tmp_path):
     """Scale by 2, half a turn around +y, move by (10, 0, 0); then the parent moves by (0, 5, 0)."""
     writer = Writer()
@@ -230,6 +246,32 @@ def test_circles_and_long_chains(tmp_path):
         writer.node(root=False, children=[index], translation=[0, 0, 1])
     writer.json["scenes"][0]["nodes"] = [5000]
     np.testing.assert_allclose(shapes_of(writer.gltf(tmp_path))["deep"]["positions"][0], [0, 0, 5000])
+
+
+@pytest.mark.timeout(60)  # one matrix at a time takes that long
+def test_a_hundred_thousand_nodes_in_a_chain(tmp_path):
+    count, turn = 100_000, 1e-5  # [rad], each against the one above
+    half = turn / 2
+    node = {"rotation": [0, 0, np.sin(half), np.cos(half)], "translation": [turn, 0, 0]}
+    writer = Writer()
+    square = writer.square(root=False, name="deep")
+    for index in range(count):
+        writer.node(root=False, children=[square if index == 0 else index], **node)
+    writer.json["scenes"][0]["nodes"] = [count]
+    # Steps of one length along a circle of radius 1 whose middle is at +y, from its lowest point on.
+    place = shapes_of(writer.gltf(tmp_path))["deep"]["positions"][0]
+    np.testing.assert_allclose(place, [np.sin(1), 1 - np.cos(1), 0], atol=1e-5)
+
+
+def test_many_nodes_that_show_one_mesh_without_a_name(tmp_path):
+    writer = Writer()
+    mesh = writer.mesh()
+    for index in range(1000):
+        writer.node(mesh=mesh, translation=[index, 0, 0])
+    found = shapes_of(writer.gltf(tmp_path))
+    names = ["mesh-0", *(f"mesh-0-{number}" for number in range(2, 1001))]
+    assert list(found) == [*names, ""]
+    assert [found[name]["positions"][0, 0] for name in names] == list(range(1000))
 
 
 def test_indices_beyond_the_vertices(tmp_path):

@@ -77,6 +77,52 @@ def test_a_concave_polygon_keeps_its_area_and_nothing_overlaps(start, turned):
     assert np.isclose(np.abs(each).sum(), 4)  # none is turned around
 
 
+def spiral(count, rounds=5):
+    """(count, 3) corners of a band wound up."""
+    angle = np.linspace(0.5, 1, count // 2) * 2 * np.pi * rounds
+    way = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], 1)
+    return np.concatenate([way * angle[:, None], (way * (angle - 2)[:, None])[::-1]])
+
+
+def comb(count):
+    """(count, 3) corners of a comb with long thin teeth."""
+    x = np.arange(count - 2.0)
+    teeth = np.stack([x, np.where(x % 2, 1000, 1), 0 * x], 1)
+    return np.concatenate([teeth[::-1], [[0, -1, 0], [len(x) - 1.0, -1, 0]]])
+
+
+@pytest.mark.timeout(60)  # a cubic search takes half an hour
+@pytest.mark.parametrize("make", [spiral, comb])
+@pytest.mark.parametrize("turned", [1, -1])
+def test_a_polygon_of_many_corners_is_cut_in_seconds(make, turned):
+    corners = make(10_000)[::turned]
+    cut = triangulated(corners[None])[0]
+    assert cut.shape == (9_998, 3)
+    each = [area(corners, face[None])[2] for face in cut]
+    x, y = corners[:, :2].T
+    whole = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2  # the shoelace formula
+    assert np.isclose(sum(each), whole)
+    assert np.isclose(np.abs(each).sum(), abs(whole))  # none is turned around
+
+
+@pytest.mark.parametrize("start", range(10))
+def test_a_hole_that_is_joined_on_stays_a_hole(start):
+    hole = [[1, 1, 0], [1, 3, 0], [3, 3, 0], [3, 1, 0], [1, 1, 0]]
+    outside = [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0]]
+    corners = np.roll(np.array(outside + hole, float), start, 0)
+    each = [area(corners, face[None])[2] for face in triangulated(corners[None])[0]]
+    assert np.isclose(sum(each), 12)
+    assert np.isclose(np.abs(each).sum(), 12)
+
+
+@pytest.mark.timeout(60)
+def test_a_polygon_that_crosses_itself_is_cut_somehow():
+    places = np.random.default_rng(0).random((2_000, 2))
+    cut = triangulated(np.pad(places, ((0, 0), (0, 1)))[None])[0]
+    assert cut.shape == (1_998, 3)
+    assert len(np.unique(cut)) == 2_000
+
+
 def test_groups_and_materials_make_shapes(tmp_path):
     text = (
         SQUARE + "o left\nusemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\no right\nf 1 2 4\no left\nusemtl a\nf 2 3 4\n"

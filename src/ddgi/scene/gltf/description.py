@@ -18,11 +18,12 @@ from ddgi.scene.gltf.images import Images
 from ddgi.scene.gltf.materials import Materials
 from ddgi.scene.gltf.motion import read_clips, read_skins
 from ddgi.scene.gltf.names import Names
-from ddgi.scene.gltf.nodes import NONE, Placed, local_matrix, parents_of, placed_nodes
+from ddgi.scene.gltf.nodes import NONE, Hierarchy, Placed, placed_nodes, read_hierarchy
 from ddgi.scene.gltf.primitives import PrimitiveReader
 from ddgi.scene.gltf.schema import Document
 from ddgi.scene.gltf.shapes import ShapeBuilder
 from ddgi.scene.gltf.textures import Textures
+from ddgi.scene.no_surface import no_triangle, none_has_area, only
 from ddgi.scene.notes import Notes
 from ddgi.scene.recentre import origin_for
 from ddgi.scene.rig import Rig, RigNode
@@ -65,10 +66,11 @@ def _described(container: Container, notes: Notes) -> Described:
     materials = Materials(document, made, notes)
     skins, clips = read_skins(document, accessors), read_clips(document, accessors, notes)
     primitives = PrimitiveReader(accessors, views)
-    nodes = placed_nodes(document, np.zeros(3))
+    hierarchy = read_hierarchy(document)
+    nodes = placed_nodes(document, hierarchy, np.zeros(3))
     origin = origin_for(*extent(document, nodes, accessors, primitives, skins))
     if origin.any():
-        nodes = placed_nodes(document, origin)
+        nodes = placed_nodes(document, hierarchy, origin)
     worlds = {placed.index: placed.world for placed in nodes}
     names = Names()
     things = _Things(document, notes, names)
@@ -77,13 +79,14 @@ def _described(container: Container, notes: Notes) -> Described:
             things.add(placed)
     builder = ShapeBuilder(document, accessors, primitives, materials, skins, worlds, notes, names)
     shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
+    _check_surfaces(builder)
     _note_geometry(builder, notes)
     if clips:
         notes.add(f"{len(clips)} animation(s) kept; the picture shows the file at rest")
     description = {
         "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
     }  # fmt: skip
-    rig = Rig(_rig_nodes(document, shapes, things), skins, clips, builder.bendable)
+    rig = Rig(_rig_nodes(document, hierarchy, shapes, things), skins, clips, builder.bendable)
     return Described(description, origin, rig, materials.called)
 
 
@@ -121,17 +124,29 @@ def _note_extensions(document: Document, notes: Notes) -> None:
         notes.add(f"{name if name.isprintable() else repr(name)} {what}")
 
 
+def _check_surfaces(builder: ShapeBuilder) -> None:
+    """Refuse a file in which there is something, but no surface. Of one without anything the import tells."""
+    if builder.shapes:
+        return
+    if builder.without_area:
+        raise SceneError(none_has_area(builder.without_area))
+    if found := only(builder.not_triangles):
+        raise SceneError(no_triangle(found))
+
+
 def _note_geometry(builder: ShapeBuilder, notes: Notes) -> None:
-    if builder.not_triangles:
-        notes.add(f"{builder.not_triangles} primitive(s) of points or lines left out")
+    if others := sum(builder.not_triangles.values()):
+        notes.add(f"{others} primitive(s) of points or lines left out")
     if builder.without_area:
         notes.add(f"{builder.without_area} triangle(s) without area left out")
 
 
-def _rig_nodes(document: Document, shapes: dict[int, list[str]], things: _Things) -> tuple[RigNode, ...]:
+def _rig_nodes(
+    document: Document, hierarchy: Hierarchy, shapes: dict[int, list[str]], things: _Things
+) -> tuple[RigNode, ...]:
     nodes = []
-    for index, (node, parent) in enumerate(zip(document.nodes, parents_of(document), strict=True)):
-        parts = node.matrix is None
+    for index, node in enumerate(document.nodes):
+        parent, parts = hierarchy.parents[index], node.matrix is None
         mesh = None if node.mesh is None else document.meshes[node.mesh]
         weights = node.weights if node.weights is not None else mesh.weights if mesh is not None else []
         nodes.append(
@@ -139,10 +154,10 @@ def _rig_nodes(document: Document, shapes: dict[int, list[str]], things: _Things
                 name=node.name or f"node-{index}",
                 parent=None if parent == NONE else parent,
                 children=tuple(node.children),
-                local=local_matrix(node, f"nodes[{index}]"),
-                translation=np.array(node.translation) if parts else None,
-                rotation=np.array(node.rotation) if parts else None,
-                scale=np.array(node.scale) if parts else None,
+                local=hierarchy.local[index],
+                translation=hierarchy.translation[index] if parts else None,
+                rotation=hierarchy.rotation[index] if parts else None,
+                scale=hierarchy.scale[index] if parts else None,
                 skin=node.skin,
                 weights=tuple(weights),
                 shapes=tuple(shapes.get(index, ())),

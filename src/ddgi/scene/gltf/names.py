@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+
+from ddgi.scene.unique_names import UniqueNames
 
 OURS = re.compile(r"_[a-z]+-[0-9]+")
 """Keys of plugins in our descriptions."""
 
 
-@dataclass
-class Names:
-    """Gives out names."""
+class Names(UniqueNames):
+    """Gives out names that are not ours."""
 
-    used: set[str] = field(default_factory=set)
-
-    def unique(self, wanted: str) -> str:
-        """The name, with a number if it is taken."""
-        name, number = wanted, 2
-        while name in self.used or OURS.fullmatch(name):
-            name, number = f"{wanted}-{number}", number + 1
-        self.used.add(name)
-        return name
+    def taken(self, name: str) -> bool:
+        """Whether it cannot be given any more, or ever."""
+        return super().taken(name) or OURS.fullmatch(name) is not None

@@ -91,13 +91,20 @@ def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def _cofactors(linear: np.ndarray) -> np.ndarray:
     """Inverse transpose times determinant; exists for flattened things too."""
     a, b, c = linear[..., :, 0], linear[..., :, 1], linear[..., :, 2]
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], -1)
+    return np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
 
 
 def _crossed(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(F, 3) normal of each triangle, twice its area long."""
     a, b, c = (positions[faces[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
+    return _cross(b - a, c - a)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """`np.cross`, which takes longer than all else here for a mesh of a few triangles, number for number."""
+    x, y, z = (a[..., k] for k in range(3))
+    u, v, w = (b[..., k] for k in range(3))
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], -1)
 
 
 def _unit(normals: np.ndarray, faces: np.ndarray, area: np.ndarray) -> np.ndarray:

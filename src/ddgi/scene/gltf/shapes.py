@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -45,7 +46,7 @@ class ShapeBuilder:
     shapes: dict[str, dict[str, Any]] = field(default_factory=dict)  # as inside a scene dictionary
     bendable: dict[str, Bendable] = field(default_factory=dict)
     triangles: int = 0
-    not_triangles: int = 0  # primitives of points or lines
+    not_triangles: Counter[str] = field(default_factory=Counter)  # by what they are
     without_area: int = 0  # triangles
 
     def add(self, placed: Placed) -> list[str]:
@@ -77,7 +78,7 @@ class ShapeBuilder:
         weights = mesh.weights if placed.node.weights is None else placed.node.weights
         for index, primitive in enumerate(mesh.primitives):
             if primitive.mode < TRIANGLES:
-                self.not_triangles += 1
+                self.not_triangles["line primitive" if primitive.mode else "point primitive"] += 1
                 continue
             piece = self.primitives.piece(number, index, primitive)
             yield morphed(piece, weights, f"nodes[{placed.index}]"), piece

@@ -35,8 +35,7 @@ def read_obj(path: Path, notes: Notes) -> tuple[dict[str, Any], np.ndarray]:
     try:
         statements = read_statements(path)
         pieces = read_pieces(path, statements, notes)
-        # Without a piece the scene has no geometry, which the import says.
-        places = np.concatenate([piece.positions for piece in pieces] or [np.zeros((1, 3))])
+        places = np.concatenate([piece.positions for piece in pieces])
         origin = origin_for(places.min(0), places.max(0))
         for piece in pieces:
             piece.positions = piece.positions - origin

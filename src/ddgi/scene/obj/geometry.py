@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ddgi.errors import SceneError
+from ddgi.scene.no_surface import no_triangle, none_has_area, only
 from ddgi.scene.notes import Notes
 from ddgi.scene.obj.polygons import triangulated
 from ddgi.scene.obj.statements import Statement
@@ -85,9 +86,18 @@ def read_pieces(path: Path, statements: list[Statement], notes: Notes) -> list[P
         elif keyword not in SILENT:
             notes.add(f"lines that start with {keyword!r} are not read")
     if not polygons.sizes:
-        raise SceneError(f"{path}: has no faces{CUT if rows['v'] else ''}")
+        raise SceneError(f"{path}: {_without_faces(statements)}")
     tables = {key: _table(path, key, rows[key], numbers[key]) for key in rows}
     return _pieces(path, polygons, list(keys), tables, notes)
+
+
+def _without_faces(statements: list[Statement]) -> str:
+    """What to say of a file that has none."""
+    lines = sum(keyword == "l" for _, keyword, _ in statements)
+    points = sum(len(rest.split()) for _, keyword, rest in statements if keyword == "p")
+    if found := only({"line": lines, "point": points}):
+        return no_triangle(found)
+    return f"has no faces{CUT if any(keyword == 'v' for _, keyword, _ in statements) else ''}"
 
 
 def _table(path: Path, key: str, rows: Sequence[str], lines: Sequence[int]) -> np.ndarray:
@@ -167,6 +177,8 @@ def _pieces(
     corners = _indices(path, polygons, tables)
     triangles, owner = _triangles(polygons, corners, tables["v"][:, :3])
     area = np.linalg.norm(_normals(triangles, tables["v"][:, :3]), axis=1)
+    if not area.any():
+        raise SceneError(f"{path}: {none_has_area(len(area))}")
     if (area == 0).any():
         notes.add(f"{int((area == 0).sum())} triangle(s) without area left out")
         triangles, owner = triangles[area > 0], owner[area > 0]

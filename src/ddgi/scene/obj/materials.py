@@ -14,6 +14,7 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.scene.beside import MissingFileError, file_beside, shown
+from ddgi.scene.jpeg import heard
 from ddgi.scene.mesh_keys import COLOR_ATTRIBUTE
 from ddgi.scene.notes import PICTURE_MISSING, Notes
 from ddgi.scene.obj.mtl import Material, Picture
@@ -129,7 +130,8 @@ class Materials:
             self._notes.add(f"{PICTURE_MISSING}: {shown(picture.file)}")
             return None
         try:
-            bitmap = mi.Bitmap(str(path))
+            with heard(shown(picture.file), self._notes):
+                bitmap = mi.Bitmap(str(path))
         except Exception as error:
             raise SceneError(f"{picture.owner}: {shown(picture.file)} cannot be decoded") from error
         linear = bitmap.convert(mi.Bitmap.PixelFormat.RGBA, mi.Struct.Type.Float32, srgb_gamma=False)
