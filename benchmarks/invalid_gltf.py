@@ -180,10 +180,11 @@ def _read_all(path: Path) -> None:
     from ddgi.scene.gltf.buffers import Views
     from ddgi.scene.gltf.document import read_container
     from ddgi.scene.gltf.images import Images
+    from ddgi.scene.notes import Notes
 
     container = read_container(path)
     document, views = container.document, Views(container)
-    accessors, images = Accessors(document, views), Images(container, views)
+    accessors, images = Accessors(document, views), Images(container, views, Notes())
     for number, image in enumerate(document.images):
         if image.uri is not None or image.buffer_view is not None:
             images.texels(number)

@@ -136,6 +136,14 @@ def _volume_row(r: dict[str, Any]) -> Sequence[Any]:
     )  # fmt: skip
 
 
+def leaks(rows: Rows) -> str:
+    """A house a row: mean and largest leak of each configuration."""
+    names = [name for name in rows[0] if name not in ("wall", "spacing")]
+    cell = lambda x: f"{x['mean']:.1e}, {x['max']:.1e}"  # noqa: E731
+    lines = ([f"{r['wall']:g} m", f"{r['spacing']:g} m", *(cell(r[n]) for n in names)] for r in rows)
+    return table(("walls", "spacing", *names), lines)
+
+
 def parts(rows: Rows) -> str:
     """What is left as one part after another is made ideal."""
     names = list(rows[0]["parts"])
@@ -172,6 +180,7 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "grids": ("grids", grids),
     "constants": ("constants", wins),
     "volumes": ("volumes", volumes),
+    "leaks": ("leaks", leaks),
     "parts": ("parts", parts),
     "materials": ("materials", materials),
     "fuzz": (

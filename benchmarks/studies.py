@@ -156,13 +156,14 @@ def presets() -> Any:
 
 def ablation() -> Any:
     """CTU Fig. 7.1: the weights of the query one by one, 16 x 8 x 16 probes."""
-    none = "query.wrap=off; query.visibility=false; query.bias=off; query.crush=0; grid.counts=[16,8,16]"
+    none = "query.wrap=off; query.visibility=false; query.bias=off; query.crush=0; query.sight=maps; grid.counts=[16,8,16]"
     wrap = none.replace("query.wrap=off; ", "")
     visible = wrap.replace("query.visibility=false; ", "")
     biased = visible.replace("query.bias=off; ", "")
+    crushed = biased.replace("query.crush=0; ", "")
     configurations = trials(
         f"none: {none}", f"wrap: {wrap}", f"and Chebyshev: {visible}", f"and bias: {biased}",
-        "and crush: grid.counts=[16,8,16]",
+        f"and crush: {crushed}", "and sight: grid.counts=[16,8,16]",
     )  # fmt: skip
     view = View("room-with-door", "room", materials="diffuse", target=0.1)
     return judged([view], configurations, pictures="ablation")

@@ -1,0 +1,98 @@
+"""Light that passes closed walls: BLOG's house, its sealed room, a sun of 10,000 W/m^2 outside.
+
+    python benchmarks/leaks.py      # into docs/results/leaks.json; three minutes on two cores
+
+Irradiance at 4,096 fixed points of surfaces in the sealed room, as the points' finders see them, over the
+irradiance of what faces up in the sun: mean, and the 99.9th percentile. The right answer is 0.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
+
+import drjit as dr
+import mitsuba as mi
+
+from ddgi import IrradianceField, sampling
+from ddgi.backend import use_backend
+from ddgi.config import load_settings
+from ddgi.probes import query
+from ddgi.probes.field import irradiance
+from ddgi.scene.library.house import house, sealed_room
+from ddgi.scene.load import load_scene
+from ddgi.scene.scene import Scene
+from ddgi.settings import RenderSettings
+from studies import RESULTS, machine
+
+SUN, WAY = 1e4, (-0.45, -1.0, -0.6)
+WALLS = (0.3, 0.1, 0.02, 0.001)
+SPACINGS = (0.25, 0.5, 1.0)
+POINTS, UPDATES = 4096, 24
+CONFIGURATIONS = {
+    "maps alone": ("default", ["query.sight=maps"]),
+    "and cells": ("default", ["query.sight=cells"]),
+    "and rays": ("default", []),
+    "scale": ("scale", ["blend.warm_up=12"]),
+    "classic": ("classic", ["blend.warm_up=12"]),
+}
+
+
+def surfaces(scene: Scene, wall: float):
+    """Surfaces that random rays meet, from random places in the sealed room."""
+    low, high = (np.array(corner) for corner in sealed_room(wall))
+    rng = np.random.default_rng(1)
+    place = rng.uniform(low + 1e-2, high - 1e-2, (POINTS, 3))
+    way = rng.normal(size=(POINTS, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    return scene.tracer.intersect(
+        mi.Point3f(place.T),
+        mi.Vector3f(way.T),
+        mi.Bool(True),
+        time=sampling.clock(0, 0),
+        stream=sampling.WALLS,
+    )
+
+
+def leak(scene: Scene, wall: float, settings: RenderSettings) -> tuple[float, float]:
+    """Mean and 99.9th percentile, over the sun's irradiance outside."""
+    field = IrradianceField.fit(scene, settings)
+    for tick in range(UPDATES):
+        field = frame.advance()(settings, scene.tracer, scene.lights, field, sampling.clock(0, tick))
+        dr.eval(field)
+    found = surfaces(scene, wall)
+    e = irradiance(field, query.Receiver.on(found), settings.volume, settings.query, scene.tracer)
+    y = np.array(mi.luminance(e))[np.array(found.lit)] * np.linalg.norm(WAY) / SUN
+    return float(y.mean()), float(np.percentile(y, 99.9))
+
+
+def measured() -> list[dict[str, Any]]:
+    """A row for each thickness and spacing."""
+    rows = []
+    for wall in WALLS:
+        blueprint = house(wall=wall, sun_direction=WAY, sun_irradiance=SUN)
+        scene = load_scene(blueprint.description, camera="sealed", size=(64, 36))
+        for spacing in SPACINGS:
+            row: dict[str, Any] = {"wall": wall, "spacing": spacing}
+            for name, (preset, sets) in CONFIGURATIONS.items():
+                settings = load_settings(preset, None, [f"grid.spacing={spacing}", *sets])
+                mean, most = leak(scene, wall, settings)
+                row[name] = {"mean": mean, "max": most}
+            rows.append(row)
+            print(row, flush=True)
+    return rows
+
+
+def main() -> None:
+    """Measure and write."""
+    use_backend()
+    found = {"machine": machine(), "rows": measured()}
+    (RESULTS / "leaks.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
+
+
+if __name__ == "__main__":
+    main()
