@@ -226,6 +226,12 @@ CONSTANTS = (
     "256 rays: rays.per_probe=256",
 )
 
+SHOWN = (
+    "default", "sharp wrap", "γ = 5", "long distances rejected", "texels not fitted", "no light paths", "no contact",
+    "64 rays",
+)  # fmt: skip
+"""Constants whose pictures docs/ shows."""
+
 NOT_SWEPT = ("cornell-point", "house, open", "courtyard, gallery", "veach-bidir")
 """Views that others stand for: a sweep takes minutes a view."""
 
@@ -234,6 +240,8 @@ def constants() -> Any:
     """The constants on which the papers disagree, one changed at a time."""
     room = View("room-with-door", "room", materials="diffuse", target=0.1)
     views = [v for v in (*CLOSED, room, *LARGE) if v.name not in NOT_SWEPT]
+    shown = [c for c in CONSTANTS if c.partition(":")[0] in SHOWN]
+    judged([CLOSED[2]], trials(*shown), frames=32, seconds=0, pictures="constants")
     return judged(views, trials(*CONSTANTS), frames=32, seconds=0)
 
 

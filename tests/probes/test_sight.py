@@ -182,7 +182,7 @@ def test_nothing_leaks_through_walls_without_thickness(spacing):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("wall", "spacing"), [(0.02, 0.5), (0.02, 1.0), (0.3, 0.5), (0.3, 1.0)])
+@pytest.mark.parametrize(("wall", "spacing"), [(0.02, 0.5), (0.3, 0.5), (0.3, 1.0)])
 def test_the_sealed_room_stays_black(wall, spacing):
     """BLOG's house: mean at most 1e-4, and 99.9 in 100 points at most 1e-3, of what the sun gives outside."""
     sun = 1e4
