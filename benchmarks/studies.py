@@ -201,7 +201,7 @@ CONSTANTS = (
     "bias scale 0.3: query.bias_scale=0.3",
     "bias of CTU: query.bias=ctu; query.bias_scale=0.25",
     "bias of MFF: query.bias=mff; query.bias_scale=0.25",
-    "γ = 5: blend.gamma=5",
+    "gamma 5: blend.gamma=5",
     "square-root blending: query.sqrt_blending=true",
     "no crush: query.crush=0",
     "Chebyshev exponent 1: query.chebyshev_exponent=1",
@@ -227,7 +227,7 @@ CONSTANTS = (
 )
 
 SHOWN = (
-    "default", "sharp wrap", "γ = 5", "long distances rejected", "texels not fitted", "no light paths", "no contact",
+    "default", "sharp wrap", "gamma 5", "long distances rejected", "texels not fitted", "no light paths", "no contact",
     "64 rays",
 )  # fmt: skip
 """Constants whose pictures docs/ shows."""
