@@ -9,6 +9,8 @@ irradiance of what faces up in the sun: mean, and the 99.9th percentile. The rig
 from __future__ import annotations
 
 import json
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,10 +31,13 @@ from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
 from studies import RESULTS, machine
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from probing import surfaces_in
+
 SUN, WAY = 1e4, (-0.45, -1.0, -0.6)
 WALLS = (0.3, 0.1, 0.02, 0.001)
 SPACINGS = (0.5, 1.0)
-POINTS, UPDATES = 4096, 24
+UPDATES = 24
 CONFIGURATIONS = {
     "maps alone": ("default", ["query.sight=maps"]),
     "and cells": ("default", ["query.sight=cells"]),
@@ -42,29 +47,13 @@ CONFIGURATIONS = {
 }
 
 
-def surfaces(scene: Scene, wall: float):
-    """Surfaces that random rays meet, from random places in the sealed room."""
-    low, high = (np.array(corner) for corner in sealed_room(wall))
-    rng = np.random.default_rng(1)
-    place = rng.uniform(low + 1e-2, high - 1e-2, (POINTS, 3))
-    way = rng.normal(size=(POINTS, 3))
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    return scene.tracer.intersect(
-        mi.Point3f(place.T),
-        mi.Vector3f(way.T),
-        mi.Bool(True),
-        time=sampling.clock(0, 0),
-        stream=sampling.WALLS,
-    )
-
-
 def leak(scene: Scene, wall: float, settings: RenderSettings) -> tuple[float, float]:
     """Mean and 99.9th percentile, over the sun's irradiance outside."""
     field = IrradianceField.fit(scene, settings)
     for tick in range(UPDATES):
         field = frame.advance()(settings, scene.tracer, scene.lights, field, sampling.clock(0, tick))
         dr.eval(field)
-    found = surfaces(scene, wall)
+    found = surfaces_in(scene, *sealed_room(wall))
     e = irradiance(field, query.Receiver.on(found), settings.volume, settings.query, scene.tracer)
     y = np.array(mi.luminance(e))[np.array(found.lit)] * np.linalg.norm(WAY) / SUN
     return float(y.mean()), float(np.percentile(y, 99.9))

@@ -14,7 +14,7 @@ from ddgi.probes.field import IrradianceField
 from ddgi.probes.texel_fit import texel_fit
 from ddgi.probes.update import update
 from ddgi.probes.volume import ProbeVolume
-from ddgi.sampling import Clock, clock
+from ddgi.sampling import WALLS, Clock, clock
 from ddgi.settings import RenderSettings
 from ddgi.trace.surface import Surface, slack
 
@@ -218,6 +218,17 @@ def surface_at(position, normal, *, viewer=None, base=1.0, metallic=0.0, alpha=1
         alpha=dr.full(mi.Float, alpha, n),
         specular=dr.full(mi.Float, specular, n),
         emission=mi.Color3f(dr.zeros(mi.Float, n)),
+    )
+
+
+def surfaces_in(scene, low, high, count: int = 4096) -> Surface:
+    """Surfaces that random rays meet, from random places in a box: the same at every call."""
+    rng = np.random.default_rng(1)
+    place = rng.uniform(np.array(low) + 0.01, np.array(high) - 0.01, (count, 3))
+    way = rng.normal(size=(count, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    return scene.tracer.intersect(
+        mi.Point3f(place.T), mi.Vector3f(way.T), mi.Bool(True), time=clock(0, 0), stream=WALLS
     )
 
 

@@ -4,13 +4,23 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from ddgi import sampling
 from ddgi.probes import query, sight
 from ddgi.probes.field import irradiance
 from ddgi.scene.camera import look_at
 from ddgi.scene.library.house import house, sealed_room
 from ddgi.settings import RenderSettings
-from probing import changed, dark_light, diffuse, hand_made, lattice, load, receiver, small, updated
+from probing import (
+    changed,
+    dark_light,
+    diffuse,
+    hand_made,
+    lattice,
+    load,
+    receiver,
+    small,
+    surfaces_in,
+    updated,
+)
 
 # ---- between probes ----------------------------------------------------------------------------------
 
@@ -132,25 +142,10 @@ def test_a_constant_field_stays_one(kind):
 # ---- leaks -------------------------------------------------------------------------------------------
 
 
-def surfaces(scene, low, high, count=4096):
-    """Points of surfaces that random rays meet, from random places in a box."""
-    rng = np.random.default_rng(1)
-    place = rng.uniform(np.array(low) + 0.01, np.array(high) - 0.01, (count, 3))
-    way = rng.normal(size=(count, 3))
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    return scene.tracer.intersect(
-        mi.Point3f(place.T),
-        mi.Vector3f(way.T),
-        mi.Bool(True),
-        time=sampling.clock(0, 0),
-        stream=sampling.WALLS,
-    )
-
-
 def leak(scene, settings, room, ticks=16):
     """Irradiance of surfaces in a room that light cannot reach [W/m^2]: mean and 99.9th percentile."""
     field = updated(scene, settings, ticks)
-    found = surfaces(scene, *room)
+    found = surfaces_in(scene, *room)
     e = irradiance(field, query.Receiver.on(found), settings.volume, settings.query, scene.tracer)
     y = np.array(mi.luminance(e))[np.array(found.lit)]
     return y.mean(), np.percentile(y, 99.9)
@@ -182,7 +177,21 @@ def test_nothing_leaks_through_walls_without_thickness(spacing):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("wall", "spacing"), [(0.02, 0.5), (0.3, 0.5), (0.3, 1.0)])
+@pytest.mark.parametrize(
+    ("wall", "spacing"),
+    [
+        (0.02, 0.5),
+        (0.3, 0.5),
+        (0.3, 1.0),
+        pytest.param(
+            0.02,
+            1.0,
+            marks=pytest.mark.xfail(
+                reason="the few probes in the room stand hidden by furniture", strict=True
+            ),
+        ),
+    ],
+)
 def test_the_sealed_room_stays_black(wall, spacing):
     """BLOG's house: mean at most 1e-4, and 99.9 in 100 points at most 1e-3, of what the sun gives outside."""
     sun = 1e4

@@ -167,7 +167,7 @@ def _shares(vol, at: Receiver, layout, s: Settings, tracer, tap) -> list[tuple[m
         first, weights = dr.if_stmt(
             (ahead, tap), (total < sight.LOST) & at.active, elsewhere, lambda *_: (first, weights)
         )
-    scale = dr.rcp(at_least(sight.summed(weights), 1e-20))
+    scale = dr.rcp(at_least(sum(weights), 1e-20))
     grid = vol.grid
     return [
         (first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1), weight * scale)
@@ -216,7 +216,7 @@ def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: boo
         unhidden.append(_crushed(wrap, s) * near)
         ways.append(to_probe)
     if not _judges_sight(vol, s):
-        return first, weights, sight.summed(weights)
+        return first, weights, sum(weights)
     seen = dr.gather(mi.UInt32, vol.sight, sight.cell_number(grid, base), at.active)
     facing = [mi.Bool(True) if in_air else dr.dot(way, at.normal) > 0 for way in ways]
     asks = None

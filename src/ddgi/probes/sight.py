@@ -103,7 +103,7 @@ def believed(
         return _judged(seen, weights, unhidden, facing, asks, roughly, always)
 
     def trusted(seen, weights, unhidden, facing, asks):
-        return list(weights), summed(_of(facing, weights))
+        return list(weights), sum(_of(facing, weights))
 
     state = seen, list(weights), list(unhidden), list(facing), asks
     if always:
@@ -125,7 +125,7 @@ def _judged(seen, weights, unhidden, facing, asks: Asks | None, roughly: bool, a
         whole = _of(facing, unhidden)
         doubt = mi.Bool(True) if always else _doubt(sees, front, whole if roughly else front)
         front = _asked(front, whole, doubt, asks)
-    total = summed(front)
+    total = sum(front)
     scale = dr.rcp(at_least(total, 1e-20))
     out = []
     for j in range(8):
@@ -141,7 +141,7 @@ def _judged(seen, weights, unhidden, facing, asks: Asks | None, roughly: bool, a
 
 def _doubt(sees, front: Sequence[mi.Float], others: Sequence[mi.Float]) -> mi.Bool:
     """Whether rays are to ask which of the probes in front are hidden: one that counts does not see one that might."""
-    least, might = COUNTS * summed(front), (COUNTS if others is front else MIGHT) * summed(others)
+    least, might = COUNTS * sum(front), (COUNTS if others is front else MIGHT) * sum(others)
     counts, may = [w > least for w in front], [w > might for w in others]
     doubt = mi.Bool(False)
     for (i, j), seen in sees.items():
@@ -155,7 +155,7 @@ def _asked(front, unhidden, doubt: mi.Bool, asks: Asks) -> list[mi.Float]:
     Those that they find open keep what their maps leave them, `KEPT` at least: what maps say is smooth, and
     rays alone would draw the outlines of what stands between a probe and a surface.
     """
-    least = ASKED * summed(unhidden)
+    least = ASKED * sum(unhidden)
     pending = mi.UInt32(0)
     for k, weight in enumerate(unhidden):
         pending |= dr.select(doubt & (weight > least), mi.UInt32(1 << k), mi.UInt32(0))
@@ -180,11 +180,3 @@ def _open(pending: mi.UInt32, asks: Asks) -> mi.UInt32:
     start = dr.select(asks.active, pending, mi.UInt32(0)), dr.zeros(mi.UInt32, dr.width(pending))
     _, found = dr.while_loop(start, lambda pending, _: pending != 0, ask, label="probes asked about")
     return found
-
-
-def summed(values: Sequence[mi.Float]) -> mi.Float:
-    """Of arrays, lane by lane."""
-    total = values[0]
-    for value in values[1:]:
-        total = total + value
-    return total
