@@ -108,7 +108,8 @@ def _unknown(name: Any, known: dict[str, str]) -> str:
     close = [key for key in known if plain in key]  # half a name is what people remember
     close += [key for key in get_close_matches(plain, known, n=NEAREST, cutoff=0.3) if key not in close]
     nearest = ", ".join(known[key] for key in (close or list(known))[:NEAREST])
-    there_are = f"the nearest are {nearest}" if nearest else "nothing here has a name"
+    none = "no shape of a file is here, and those of built-in scenes and Mitsuba objects stay as they are"
+    there_are = f"the nearest are {nearest}" if nearest else none
     return f"nothing to make clear: no material or shape {name!r}; {there_are}"
 
 
