@@ -39,9 +39,10 @@ WALLS = (0.3, 0.1, 0.02, 0.001)
 SPACINGS = (0.5, 1.0)
 UPDATES = 24
 CONFIGURATIONS = {
-    "maps alone": ("default", ["query.sight=maps"]),
-    "and cells": ("default", ["query.sight=cells"]),
-    "and rays": ("default", []),
+    "maps alone": ("default", ["query.sight=maps", "relocation.method=off"]),
+    "and cells": ("default", ["query.sight=cells", "relocation.method=off"]),
+    "and rays": ("default", ["relocation.method=off"]),
+    "and relocation": ("default", []),
     "scale": ("scale", ["blend.warm_up=12"]),
     "classic": ("classic", ["blend.warm_up=12"]),
 }

@@ -156,14 +156,15 @@ def presets() -> Any:
 
 def ablation() -> Any:
     """CTU Fig. 7.1: the weights of the query one by one, 16 x 8 x 16 probes."""
-    none = "query.wrap=off; query.visibility=false; query.bias=off; query.crush=0; query.sight=maps; grid.counts=[16,8,16]"
+    none = "query.wrap=off; query.visibility=false; query.bias=off; query.crush=0; query.sight=maps; relocation.method=off; grid.counts=[16,8,16]"
     wrap = none.replace("query.wrap=off; ", "")
     visible = wrap.replace("query.visibility=false; ", "")
     biased = visible.replace("query.bias=off; ", "")
     crushed = biased.replace("query.crush=0; ", "")
     configurations = trials(
         f"none: {none}", f"wrap: {wrap}", f"and Chebyshev: {visible}", f"and bias: {biased}",
-        f"and crush: {crushed}", "and sight: grid.counts=[16,8,16]",
+        f"and crush: {crushed}", "and sight: relocation.method=off; grid.counts=[16,8,16]",
+        "and relocation: grid.counts=[16,8,16]",
     )  # fmt: skip
     view = View("room-with-door", "room", materials="diffuse", target=0.1)
     return judged([view], configurations, pictures="ablation")
@@ -208,6 +209,10 @@ CONSTANTS = (
     "visibility floor 0.05: query.visibility_floor=0.05",
     "hidden by maps alone: query.sight=maps",
     "hidden by maps and cells: query.sight=cells",
+    "probes in their places: relocation.method=off",
+    "placed as SCALE: relocation.method=scale; relocation.iterations=5; relocation.clearance=0.15",
+    "placed as MFF: relocation.method=mff; relocation.iterations=50; relocation.clearance=0.15",
+    "weights follow moves: query.follow_moved=true",
     "long distances rejected: blend.long_distances=reject",
     "long distances kept: blend.long_distances=off",
     "back faces at 0: gather.back_face_distance=0",

@@ -34,7 +34,8 @@ import mitsuba as mi
     LAMP_TRIAL_ONWARD,
     PIXEL_GLOSS,
     PIXEL_GLOSS_ALPHA,
-) = range(21)
+    PLACEMENT,
+) = range(22)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 _PLASTIC = (0xC13FA9A9, 0x91E10DA5)  # and by the plastic number p, and by its square

@@ -11,7 +11,7 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.lighting import direct
 from ddgi.passes import gbuffer, gloss, picture, tone
-from ddgi.probes import blend, bounce, contact, grid, query, rays, volume
+from ddgi.probes import blend, bounce, contact, grid, query, rays, relocation, volume
 from ddgi.settings_group import settings_group
 
 
@@ -23,6 +23,7 @@ class RenderSettings:
         int, Interval(ge=0, le=0xFFFFFFFF), Doc("same seed, same machine: same picture, bit by bit")
     ] = 0
     grid: grid.Settings = grid.Settings()
+    relocation: relocation.Settings = relocation.Settings()
     volume: volume.Settings = volume.Settings()
     rays: rays.Settings = rays.Settings()
     gather: bounce.Settings = bounce.Settings()
@@ -68,12 +69,15 @@ _published = replace(
     contact=contact.Settings(pixels=0.0, hits=0.0),
     rays=replace(_default.rays, from_lamps=0),
     gloss=gloss.Settings(bounces=0),
+    relocation=relocation.Settings(method="off"),
 )
 
 _scale = replace(
     _published,
     blend=replace(_published.blend, gamma=5.0),  # 4.2
     query=replace(_published.query, sqrt_blending=True),  # listing 2
+    # 5. How near a front is near, it does not say.
+    relocation=relocation.Settings(method="scale", iterations=5, clearance=0.15),
 )
 
 _blog = replace(
@@ -120,7 +124,10 @@ _mff = replace(
         visibility_floor=0.0,  # listing 3.10
         crush=0.0,
         bias="off",  # listing 3.9, DDGI_NO_NORMAL_OFFSET
+        follow_moved=True,  # 3.3.1
     ),
+    # 3.3.1, as many iterations as lead through the whole search. Its 15 cm are about that share of a spacing in its rooms.
+    relocation=relocation.Settings(method="mff", iterations=50, clearance=0.15),
 )
 
 _classic = replace(

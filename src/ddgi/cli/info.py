@@ -106,7 +106,8 @@ def _camera(camera: View) -> str:
 def _probes(volume: Volume) -> str:
     counts, spacing = "x".join(map(str, volume.counts)), " x ".join(f"{d:.3g}" for d in volume.spacing)
     low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in volume.box)
-    return f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}"
+    moved = f"; {volume.moved:,} moved" if volume.moved else ""
+    return f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}{moved}"
 
 
 def _faces(walls: Walls) -> str:

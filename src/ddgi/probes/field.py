@@ -12,7 +12,7 @@ import numpy as np
 from ddgi.backend import use_backend
 from ddgi.box import Box, moved
 from ddgi.errors import SettingsError
-from ddgi.probes import formats, grid, query, region, sight, volume, walls
+from ddgi.probes import formats, grid, query, region, relocation, sight, volume, walls
 from ddgi.probes.volume import ProbeVolume
 from ddgi.trace.tracer import Tracer
 
@@ -45,17 +45,18 @@ class IrradianceField:
         if asked and not all(a <= d and c <= b for a, b, c, d in zip(*asked, *scene.bounds, strict=True)):
             raise SettingsError(f"grid.box {asked} lies wholly outside the scene, {scene.bounds}")
         here = -scene.origin[0], -scene.origin[1], -scene.origin[2]
+        seen = region.look(scene.tracer, scene.cameras)
         if asked:
             box = moved(asked, here)
             found = walls.find(scene.tracer, box)
         else:
-            seen = region.look(scene.tracer, scene.cameras)
             box = region.find(scene.tracer, seen, moved(scene.bounds, here))
             found = _walls(scene, seen, box)
         layout = grid.fit(box, replace(settings.grid, box=None), found)
+        layout = relocation.relocate(scene.tracer, layout, seen, settings.relocation)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
-        seen = sight.look(scene.tracer, layout)
-        vol = replace(vol, exponent=query.lookup_exponent(settings.query), sight=seen)
+        open_ways = sight.look(scene.tracer, layout)
+        vol = replace(vol, exponent=query.lookup_exponent(settings.query), sight=open_ways)
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
 
     def check(self, settings: RenderSettings) -> None:

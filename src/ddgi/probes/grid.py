@@ -1,18 +1,19 @@
 """The probe grid: numbers, coordinates and positions of probes.
 
-A grid has counts (nx, ny, nz); probe (x, y, z) has the number x + nx (y + ny z) and stands at
-origin + (x, y, z) * spacing. Counts are compile-time, origin and spacing are data, so volumes of
-one shape share their kernels.
+A grid has counts (nx, ny, nz); probe (x, y, z) has the number x + nx (y + ny z) and its place at
+origin + (x, y, z) * spacing. It stands there, or near it where it was moved (`placement.py`). Counts
+are compile-time, origin and spacing are data, so volumes of one shape share their kernels.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 from annotated_types import Ge, Gt, Interval
 from typing_extensions import Doc
 
@@ -58,6 +59,9 @@ class ProbeGrid:
     counts: tuple[int, int, int]
     origin: mi.Point3f  # (1,) position of probe 0 [m]
     spacing: mi.Vector3f  # (1,) [m]
+    offset: mi.Float | None = (
+        None  # (4 P,) x y z from each place to where its probe stands [m], unused; None: all are there
+    )
 
     @property
     def size(self) -> int:
@@ -79,10 +83,34 @@ class ProbeGrid:
         nx, ny, _ = self.counts
         return x + nx * (y + ny * z)
 
-    def position(self, probe: mi.UInt32) -> mi.Point3f:
-        """Where probes stand [m]. probe: (N,) numbers below P."""
+    def moved_by(self, offset: np.ndarray) -> ProbeGrid:
+        """The grid with its probes elsewhere. offset: (P, 3) from their places [m]."""
+        if not offset.any():
+            return replace(self, offset=None)
+        packets = np.zeros((self.size, 4), np.float32)
+        packets[:, :3] = offset
+        return replace(self, offset=mi.Float(packets.ravel()))
+
+    def place(self, probe: mi.UInt32) -> mi.Point3f:
+        """Where the grid has probes [m]. probe: (N,) numbers below P."""
         cell = mi.Vector3f([mi.Float(n) for n in self.coordinates(probe)])
         return dr.fma(cell, self.spacing, self.origin)
+
+    def position(self, probe: mi.UInt32) -> mi.Point3f:
+        """Where probes stand [m]. probe: (N,) numbers below P."""
+        place = self.place(probe)
+        return place if self.offset is None else place + self.moved(probe)
+
+    def moved(self, probe: mi.UInt32, active: mi.Bool | bool = True) -> mi.Vector3f:
+        """From their places to where probes stand [m]; `offset` is there. probe: (N,) numbers below P."""
+        return mi.Vector3f(dr.gather(mi.Vector4f, self.offset, probe, active).xyz)
+
+    def moved_around(self, first: mi.UInt32, active: mi.Bool) -> list[mi.Vector3f] | None:
+        """`moved` of the eight probes of cells, 8 x (N,); None if none is. first: (N,) the cells' first probes."""
+        if self.offset is None:
+            return None
+        numbers = [first + self.number(k & 1, k >> 1 & 1, k >> 2 & 1) for k in range(8)]
+        return [self.moved(number, active) for number in numbers]
 
     def coordinates(self, probe: mi.UInt32) -> tuple[mi.UInt32, mi.UInt32, mi.UInt32]:
         """Grid coordinates x, y, z of probes. probe: (N,) numbers below P."""

@@ -106,7 +106,7 @@ def send(tracer: Tracer, lights: Lights, grid: ProbeGrid, count: int, time: Cloc
     """This update's light paths, `count` for every probe; None without lamps that they could come from."""
     if count == 0 or lights.delta.count == 0:
         return None
-    low, high = grid.position(mi.UInt32(0)), grid.position(mi.UInt32(grid.size - 1))
+    low, high = grid.place(mi.UInt32(0)), grid.place(mi.UInt32(grid.size - 1))
     around = Disc((low + high) / 2, 0.5 * dr.norm(high - low))
     aim = light_paths.aim(tracer, lights, around, count * SETS, time)
     return LampPaths(aim, light_paths.land(tracer, lights, aim, time))

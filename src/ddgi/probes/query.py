@@ -16,7 +16,7 @@ from annotated_types import Ge, Interval
 from typing_extensions import Doc
 
 from ddgi.extrema import at_least, at_most, clamp
-from ddgi.probes import formats, sight, volume
+from ddgi.probes import formats, sight, trilinear, volume
 from ddgi.probes.octahedral import direction_to_square, texel_at
 from ddgi.probes.volume import ProbeVolume
 from ddgi.settings_group import settings_group
@@ -29,6 +29,9 @@ class Settings:
     """How the eight probes of a cell are weighted."""
 
     trilinear: Annotated[bool, Doc("weight probes by their place in the cell")] = True
+    follow_moved: Annotated[
+        bool, Doc("trilinear weights go by where moved probes stand, and not by their places (MFF 3.3.1)")
+    ] = False
     wrap: Annotated[
         Literal["half_cosine", "wrap", "sharp", "off"],
         Doc(
@@ -200,21 +203,16 @@ def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: boo
     shift = at.normal * off + at.to_viewer * ahead
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
-    # The eight probes share their coordinates along each axis in fours: two values an axis.
-    sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]
-    parts = [(1 - place[i], place[i]) for i in range(3)]
-    weights, unhidden, ways = [], [], []
-    for k in range(8):
-        step = [k & 1, k >> 1 & 1, k >> 2 & 1]
-        to_probe = mi.Vector3f([sides[i][step[i]] for i in range(3)])
-        near = parts[0][step[0]] * parts[1][step[1]] * parts[2][step[2]] if s.trilinear else mi.Float(1)
+    moved = grid.moved_around(first, at.active)
+    ways, near = _ways(grid, corner, moved), _near(grid, place, moved, s)
+    weights, unhidden = [], []
+    for k, to_probe in enumerate(ways):
         wrap = visible = _wrap(to_probe, at.normal, s)
         if s.visibility:
-            probe = first + grid.number(*step)
+            probe = first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1)
             visible = wrap * _visibility(vol, probe, shift - to_probe, unit, at.active, layout, s, tap)
-        weights.append(_crushed(visible, s) * near)
-        unhidden.append(_crushed(wrap, s) * near)
-        ways.append(to_probe)
+        weights.append(_crushed(visible, s) * near[k])
+        unhidden.append(_crushed(wrap, s) * near[k])
     if not _judges_sight(vol, s):
         return first, weights, sum(weights)
     seen = dr.gather(mi.UInt32, vol.sight, sight.cell_number(grid, base), at.active)
@@ -223,11 +221,36 @@ def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: boo
     if s.sight == "rays" and tracer is not None:
         # From off the surface, as maps are asked: in the folds of a curtain nothing sees it. Towards the viewer the way is free.
         start = dr.fma(at.to_viewer, ahead, at.start)
-        asks = sight.Asks(tracer, start, corner + (at.position - start), grid.spacing, at.active)
+        asks = sight.Asks(tracer, start, grid, first, corner + (at.position - start), at.active)
+    # A texel of each map alone says too little to go by.
     weights, front = sight.believed(
-        seen, weights, unhidden, facing, asks, roughly=tap is not None, always=in_air
+        seen, weights, unhidden, facing, asks, always=in_air or tap is not None, everywhere=in_air
     )
     return first, weights, front
+
+
+def _ways(grid, corner, moved) -> list[mi.Vector3f]:
+    """From points to the eight probes of their cells [m]. 8 x (N,).
+
+    Args:
+        grid: Of the probes.
+        corner: (N,) from the points to the cell's first place [m].
+        moved: As of `ProbeGrid.moved_around`.
+    """
+    # They share their coordinates along each axis in fours: two values an axis.
+    sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]
+    ways = [mi.Vector3f([sides[i][k >> i & 1] for i in range(3)]) for k in range(8)]
+    return ways if moved is None else [way + m for way, m in zip(ways, moved, strict=True)]
+
+
+def _near(grid, place, moved, s: Settings) -> list[mi.Float]:
+    """What the eight probes count for the place of points in the cell. 8 x (N,); `moved` as of `_ways`."""
+    if not s.trilinear:
+        return [mi.Float(1)] * 8
+    if moved is None or not s.follow_moved:
+        return trilinear.regular(place)
+    scale = dr.rcp(grid.spacing)
+    return trilinear.corrected(place, [m * scale for m in moved])
 
 
 def _crushed(weight: mi.Float, s: Settings) -> mi.Float:

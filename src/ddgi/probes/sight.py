@@ -27,9 +27,11 @@ ALL = (1 << len(PAIRS)) - 1
 """Sight of a cell in which nothing is in the way."""
 COUNTS = 1e-3
 """Least share of a probe in the light from the front for rays to ask whether it is hidden."""
-MIGHT = 0.05
-"""Likewise, were nothing hidden, of a probe that may be the one to count: maps err, and of a texel alone more so."""
-ASKED = 0.01
+HIDDEN = 0.1
+"""Weight of all in front, as a share of what it were if nothing hid them, below which rays ask: maps that say hidden of
+all would else choose which of them to believe.
+"""
+ASKED = 0.001
 """Least share, were nothing hidden, of a probe that is asked about; the others are left out."""
 KEPT = 0.1
 """Share of its weight that a probe keeps that rays find open, whatever its map says."""
@@ -47,9 +49,18 @@ class Asks:
 
     tracer: Tracer
     start: mi.Point3f  # (N,) [m]
-    to_first: mi.Vector3f  # (N,) from there to the first probe of the cell [m]
-    spacing: mi.Vector3f  # (1,) [m]
+    grid: ProbeGrid
+    first: mi.UInt32  # (N,) first probe of the cell
+    to_first: mi.Vector3f  # (N,) from the start to its place [m]
     active: mi.Bool  # (N,)
+
+    def way(self, k: mi.UInt32) -> mi.Vector3f:
+        """From the start to a probe of the cell, k from 0 to 7 [m]. (N,)."""
+        x, y, z = k & 1, k >> 1 & 1, k >> 2 & 1
+        way = dr.fma(mi.Vector3f(x, y, z), self.grid.spacing, self.to_first)
+        if self.grid.offset is None:
+            return way
+        return way + self.grid.moved(self.first + self.grid.number(x, y, z), self.active)
 
 
 def look(tracer: Tracer, grid: ProbeGrid) -> mi.UInt32:
@@ -84,8 +95,8 @@ def believed(
     facing: Sequence[mi.Bool],
     asks: Asks | None,
     *,
-    roughly: bool = False,
     always: bool = False,
+    everywhere: bool = False,
 ) -> tuple[list[mi.Float], mi.Float]:
     """Weights of the probes of a cell without those that a point cannot believe, and that of all in front of it.
 
@@ -95,18 +106,18 @@ def believed(
         unhidden: 8 x (N,), were nothing hidden.
         facing: 8 x (N,) whether the probe is in front of the surface.
         asks: Asks rays where probes in front are of two minds; None: they are all believed.
-        roughly: `weights` come from a texel of each map alone.
-        always: Ask about all, not where they are of two minds alone.
+        always: Ask about all, and not where they are of two minds alone.
+        everywhere: Also in cells where nothing is in the way.
     """
 
     def judged(seen, weights, unhidden, facing, asks):
-        return _judged(seen, weights, unhidden, facing, asks, roughly, always)
+        return _judged(seen, weights, unhidden, facing, asks, always)
 
     def trusted(seen, weights, unhidden, facing, asks):
         return list(weights), sum(_of(facing, weights))
 
     state = seen, list(weights), list(unhidden), list(facing), asks
-    if always:
+    if everywhere:
         return judged(*state)
     # A branch, as in most cells nothing is in the way.
     return dr.if_stmt(state, seen != ALL, judged, trusted)
@@ -117,13 +128,13 @@ def _of(facing: Sequence[mi.Bool], weights: Sequence[mi.Float]) -> list[mi.Float
     return [dr.select(f, w, 0) for f, w in zip(facing, weights, strict=True)]
 
 
-def _judged(seen, weights, unhidden, facing, asks: Asks | None, roughly: bool, always: bool):
+def _judged(seen, weights, unhidden, facing, asks: Asks | None, always: bool):
     """`believed` in cells where something is in the way."""
     sees = {pair: mi.Float(seen >> bit & 1) for bit, pair in enumerate(PAIRS)}
     front = _of(facing, weights)
     if asks is not None:
         whole = _of(facing, unhidden)
-        doubt = mi.Bool(True) if always else _doubt(sees, front, whole if roughly else front)
+        doubt = mi.Bool(True) if always else _doubt(sees, front, whole)
         front = _asked(front, whole, doubt, asks)
     total = sum(front)
     scale = dr.rcp(at_least(total, 1e-20))
@@ -139,13 +150,13 @@ def _judged(seen, weights, unhidden, facing, asks: Asks | None, roughly: bool, a
     return out, total
 
 
-def _doubt(sees, front: Sequence[mi.Float], others: Sequence[mi.Float]) -> mi.Bool:
-    """Whether rays are to ask which of the probes in front are hidden: one that counts does not see one that might."""
-    least, might = COUNTS * sum(front), (COUNTS if others is front else MIGHT) * sum(others)
-    counts, may = [w > least for w in front], [w > might for w in others]
-    doubt = mi.Bool(False)
+def _doubt(sees, front: Sequence[mi.Float], unhidden: Sequence[mi.Float]) -> mi.Bool:
+    """Whether rays are to ask which of the probes in front are hidden: two that count do not see each other, or little counts."""
+    total = sum(front)
+    counts = [w > COUNTS * total for w in front]
+    doubt = total < HIDDEN * sum(unhidden)
     for (i, j), seen in sees.items():
-        doubt |= ((counts[i] & may[j]) | (may[i] & counts[j])) & (seen == 0)
+        doubt |= counts[i] & counts[j] & (seen == 0)
     return doubt
 
 
@@ -172,7 +183,7 @@ def _open(pending: mi.UInt32, asks: Asks) -> mi.UInt32:
 
     def ask(pending, found):
         k = dr.tzcnt(pending)
-        way = dr.fma(mi.Vector3f(k & 1, k >> 1 & 1, k >> 2 & 1), asks.spacing, asks.to_first)
+        way = asks.way(k)
         length = at_least(dr.norm(way), 1e-9)
         seen = asks.tracer.visible(asks.start, way / length, length, asks.active) > 0.5
         return pending & (pending - 1), found | dr.select(seen, mi.UInt32(1) << k, mi.UInt32(0))

@@ -22,6 +22,7 @@ class Volume:
     spacing: Point  # [m]
     box: Box  # first and last probe, in the coordinates of the scene's file [m]
     probes: int
+    moved: int  # of them, from their places to where surfaces see them
     bytes_per_probe: int  # both maps (MFF eq. 4.1)
     bytes: int  # of all maps
 
@@ -42,7 +43,7 @@ def fitted(scene: Scene, settings: RenderSettings, blind: bool) -> Volume:
 
     Args:
         scene: What to light.
-        settings: Of `grid` and `volume`.
+        settings: Of `grid`, `relocation` and `volume`.
         blind: Whether its cameras see nothing that light could come from.
 
     Raises:
@@ -58,6 +59,7 @@ def fitted(scene: Scene, settings: RenderSettings, blind: bool) -> Volume:
         spacing=_point(spacing),
         box=(_point(first), _point(last)),
         probes=grid.size,
+        moved=0 if grid.offset is None else int((np.array(grid.offset).reshape(-1, 4) != 0).any(-1).sum()),
         bytes_per_probe=each,
         bytes=each * grid.size,
     )
