@@ -61,6 +61,27 @@ def test_flicker_measures_and_shows_where(run, tmp_path):
     assert np.array(mi.Bitmap(str(exr))).mean() == pytest.approx(found["flicker_mean"], rel=1e-4)
 
 
+def test_explain_lists_probes_and_steps(run, tmp_path):
+    figures, png = tmp_path / "a.json", tmp_path / "a.png"
+    code, out, _ = run(
+        "explain", "cornell-point", "--pixel", "12,8", "--seconds", "0", "--json", figures, "-o", png, *QUICK
+    )
+    assert code == 0
+    found = json.loads(figures.read_text())
+    assert len(found["probes"]) == 8
+    assert sum(p["share"] for p in found["probes"]) == pytest.approx(1, abs=1e-3)
+    for step in ("field", "true visibility", "no probes between", "path traced"):
+        assert f"\n{step}" in out
+    assert np.array(mi.Bitmap(str(png))).shape[2] == 3
+
+
+@pytest.mark.parametrize("pixel", ["3", "3,4,5", "-1,2", "a,b", "1.5,2"])
+def test_what_is_no_pixel_is_refused(run, pixel):
+    code, _, err = run("explain", "cornell", "--pixel", pixel)
+    assert code == 2
+    assert "is not a pixel such as 120,45" in err
+
+
 def test_respond_counts_frames(run, tmp_path):
     faster = ["--set", "blend.hysteresis=0.8", "--set", "rays.per_probe=64"]
     figures = tmp_path / "a.json"
@@ -183,6 +204,7 @@ def test_help_and_version(run):
         ["bench", "-h"],
         ["flicker", "-h"],
         ["respond", "-h"],
+        ["explain", "-h"],
         ["info", "-h"],
         ["--version"],
     ):
@@ -255,6 +277,10 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["flicker", "cornell", "-o", "a.jpg"], "unknown kind of picture"),
         (["flicker", "cornell", "--json", "none/a.json"], "there is no folder"),
         (["flicker", "no-such-scene"], "no scene 'no-such-scene'"),
+        (["explain", "cornell", "--pixel", "9000,3"], "pixel 9000,3 lies outside the picture of"),
+        (["explain", "no-such-scene", "--pixel", "1,1"], "no scene 'no-such-scene'"),
+        (["explain", "cornell", "--pixel", "1,1", "-o", "a.jpg"], "unknown kind of picture"),
+        (["explain", "cornell", "--pixel", "1,1", "--json", "none/a.json"], "there is no folder"),
         (["respond", "cornell", "--preset", "best"], "unknown preset"),
         (["respond", "cornell", "--light", "sun"], "no light 'sun': there are light (area)"),
         (["respond", "house", "--light", "1"], "no light '1': there are sun (directional)"),

@@ -52,7 +52,10 @@ def test_figures_are_those_of_the_contract(found):
     assert figures.keys() >= {
         "flip_mean", "flip_p99", "reference_flip", "luminance_error", "rel_mse", "mff_mean", "mff_max",
         "reference_spp", "reference_luminance", "reference_rel_mse", "rival", "frames", "valid",
+        "leak", "dark",
     }  # fmt: skip
+    for name in ("leak", "dark"):
+        assert figures[name].keys() == {"mean", "max"}
     for name in ("frame", "still"):
         assert figures["rival"][name].keys() == {"spp", "flip_mean", "time_ms", "denoise_ms"}
     assert figures["valid"] is True

@@ -25,6 +25,23 @@ class Size(click.ParamType):
         return int(width), int(height)
 
 
+class Pixel(click.ParamType):
+    """`X,Y`, column and row."""
+
+    name = "X,Y"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        """(column, row)."""
+        if isinstance(value, tuple):
+            return value
+        parts = value.split(",")
+        if len(parts) != 2 or not all(p.strip().isascii() and p.strip().isdigit() for p in parts):
+            self.fail(f"{value!r} is not a pixel such as 120,45.", param, ctx)
+        return int(parts[0]), int(parts[1])
+
+
 class Finite(click.FloatRange):
     """A finite number within bounds."""
 

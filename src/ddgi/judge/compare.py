@@ -16,12 +16,13 @@ from ddgi.config import as_table
 from ddgi.errors import SettingsError
 from ddgi.judge import denoiser
 from ddgi.judge.cache import Key
+from ddgi.judge.leak import Share, dark, leak
 from ddgi.judge.metrics import Difference, difference, load_flip
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.reference import Reference, make_reference
 from ddgi.judge.rival import Rival, in_steps, kept_samples, rival, sample_ms, samples_in
 from ddgi.judge.trial import Outcome, Trial, run
-from ddgi.judge.view import look, remarks
+from ddgi.judge.view import View, look, remarks
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.passes import tone
 from ddgi.plural import counted
@@ -42,10 +43,17 @@ class Judged:
     outcome: Outcome
     difference: Difference  # of the mean of all frames
     single: Difference  # of one frame of the converged field
+    leak: Share  # indirect light from probes that do not see what they light
+    dark: Share  # indirect light that is missing
 
     def figures(self) -> dict[str, Any]:
         """All numbers by name."""
-        return self.difference.figures() | {"frame_flip_mean": self.single.flip_mean} | self.outcome.figures()
+        return (
+            self.difference.figures()
+            | {"leak": self.leak.figures(), "dark": self.dark.figures()}
+            | {"frame_flip_mean": self.single.flip_mean}
+            | self.outcome.figures()
+        )
 
 
 @dataclass(frozen=True)
@@ -127,11 +135,11 @@ def compare(
         raise SettingsError("a comparison needs one configuration and one frame at least")
     load_flip()  # before the work starts
     truth = make_reference(scene, scene.camera, target, most_seconds, folder, watch)
+    view = look(scene)
     judged: list[Judged] = []
     for trial in trials:
         same = next((j for j in judged if j.outcome.trial.settings == trial.settings), None)
-        judged.append(_renamed(same, trial) if same else _judged(scene, trial, frames, truth, watch))
-    view = look(scene)
+        judged.append(_renamed(same, trial) if same else _judged(scene, trial, frames, truth, view, watch))
     notes = [*scene.notes, *remarks(view), *_doubts(truth, target, judged)]
     found = {}
     rivals = rivals and bool(truth.picture.any())  # of black nothing is learnt
@@ -143,12 +151,18 @@ def compare(
     return Comparison(scene, target, truth, judged, found, notes)
 
 
-def _judged(scene: Scene, trial: Trial, frames: int, truth: Reference, watch: Watch) -> Judged:
+def _judged(scene: Scene, trial: Trial, frames: int, truth: Reference, view: View, watch: Watch) -> Judged:
     """Rendered, and held against the reference."""
     watch.phase(f"rendering {trial.name}", frames)
     outcome = run(scene, trial, frames, watch)
-    apart = [difference(shown, truth.picture) for shown in (outcome.picture, outcome.single)]
-    return Judged(outcome, *apart)
+    albedo = view.guides.albedo
+    return Judged(
+        outcome,
+        difference(outcome.picture, truth.picture),
+        difference(outcome.single, truth.picture),
+        leak(outcome.leaked, truth, albedo),
+        dark(outcome.indirect, truth, albedo),
+    )
 
 
 def _renamed(judged: Judged, trial: Trial) -> Judged:

@@ -15,9 +15,23 @@ SAME_FLIP, SAME_TIME = 0.02, 0.1
 TERMS = (
     "FLIP: difference as eyes see it, 0 to 1, mean of the pixels (p99: exceeded by one in a hundred; one frame: of a single frame)",
     "luminance: mean against the reference's; rel. MSE: squared error over the squared reference; MFF: difference on screen, "
-    "summed over R, G, B, 0 to 3; MB: memory of the probes",
+    "summed over R, G, B, 0 to 3",
+    "leak, dark: indirect light from probes hidden from what they light, and light that is missing, of the reference's mean; "
+    "MB: memory of the probes",
 )
-COLUMNS = ("FLIP", "p99", "one frame", "luminance", "rel. MSE", "MFF mean", "MFF max", "ms/frame", "MB")
+COLUMNS = (
+    "FLIP",
+    "p99",
+    "one frame",
+    "luminance",
+    "rel. MSE",
+    "MFF mean",
+    "MFF max",
+    "leak",
+    "dark",
+    "ms/frame",
+    "MB",
+)
 
 
 def table(found: Comparison) -> str:
@@ -108,5 +122,6 @@ def _cells(j: Judged, noise: float) -> list[str]:
     flip = lambda x: f"{x:.4f}{doubted(x, noise)}"  # noqa: E731
     return [
         flip(d.flip_mean), f"{d.flip_p99:.3f}", flip(j.single.flip_mean), f"{100 * d.luminance_error:+.1f} %",
-        f"{d.rel_mse:.4f}", f"{d.mff_mean:.4f}", f"{d.mff_max:.3f}", f"{cost['frame_ms']:.1f}", f"{cost['field_mb']:.1f}",
+        f"{d.rel_mse:.4f}", f"{d.mff_mean:.4f}", f"{d.mff_max:.3f}",
+        f"{100 * j.leak.mean:.2g} %", f"{100 * j.dark.mean:.2g} %", f"{cost['frame_ms']:.1f}", f"{cost['field_mb']:.1f}",
     ]  # fmt: skip

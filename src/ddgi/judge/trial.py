@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ddgi.frame import Frame, render_frame
+from ddgi.judge.leak import leaked
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.probes.volume import bytes_per_probe
 from ddgi.scene.scene import Scene
@@ -32,6 +33,7 @@ class Outcome:
     direct: np.ndarray  # its part from emission and direct light
     indirect: np.ndarray  # its part from the field
     single: np.ndarray  # one frame of the converged field by itself
+    leaked: np.ndarray  # (H, W) irradiance that pixels take from probes hidden from them [W/m^2]
     frames: int
     frame_ms: float  # median of the second half
     probes: int
@@ -72,6 +74,7 @@ def run(scene: Scene, trial: Trial, frames: int, watch: Watch = NOBODY) -> Outco
         _array(frame, frame.picture.immediate),
         np.maximum(_array(frame, frame.picture.indirect), 0),
         alone.numpy(),
+        leaked(scene, field, settings),
         frames,
         done.frame_ms,
         field.probes,

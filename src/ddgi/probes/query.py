@@ -8,7 +8,7 @@ is left. Each can be switched off by itself (CTU Fig. 7.1 adds them one by one).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 import drjit as dr
 import mitsuba as mi
@@ -130,9 +130,26 @@ def irradiance(
     towards = texel_at(direction_to_square(at.normal), layout.irradiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
-    for probe, share in _shares(vol, at, layout, s, tracer, tap):
+    for probe, share in shares(vol, at, layout, s, tracer, tap):
         mean += share * _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, towards, at.active)
     return dr.pi * (dr.square(mean) if s.sqrt_blending else mean)
+
+
+Shares: TypeAlias = "list[tuple[mi.UInt32, mi.Float]]"
+"""The eight probes around N points, (number, share) each; the shares add up to one. (N,)."""
+
+
+def alone(
+    vol: ProbeVolume, at: Receiver, probes: Shares, layout: volume.Settings, s: Settings
+) -> list[mi.Color3f]:
+    """Irradiance E [W/m^2] that points would have from each of their probes alone. 8 x (N,)."""
+    towards = texel_at(direction_to_square(at.normal), layout.irradiance_size)
+    fmt = formats.IRRADIANCE[layout.irradiance_format]
+    found = []
+    for probe, _ in probes:
+        mean = _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, towards, at.active)
+        found.append(dr.pi * (dr.square(mean) if s.sqrt_blending else mean))
+    return found
 
 
 def radiance(
@@ -152,13 +169,20 @@ def radiance(
     towards = texel_at(direction_to_square(direction), layout.radiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
-    for probe, share in _shares(vol, at, layout, s, tracer, tap):
+    for probe, share in shares(vol, at, layout, s, tracer, tap):
         mean += share * _interpolate(fmt, vol.radiance, layout.radiance_size, probe, towards, at.active)
     return mean
 
 
-def _shares(vol, at: Receiver, layout, s: Settings, tracer, tap) -> list[tuple[mi.UInt32, mi.Float]]:
-    """The eight probes around points, (number, share) each; the shares add up to one."""
+def shares(
+    vol: ProbeVolume,
+    at: Receiver,
+    layout: volume.Settings,
+    s: Settings,
+    tracer: Tracer | None = None,
+    tap: mi.Point2f | None = None,
+) -> Shares:
+    """Which probes light points, and by how much. Arguments as of `irradiance`."""
     first, weights, total = _weighed(vol, at, layout, s, tracer, tap)
     if _judges_sight(vol, s):
         # Nothing here sees the point: it is lit like the air in front of it, which its viewer sees through.
@@ -196,37 +220,67 @@ def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: boo
 
     in_air: There is no surface that probes could be behind.
     """
+    found = factors(vol, at, layout, s, tap, in_air=in_air)
+    each = list(zip(found.near, found.wrap, found.visible, strict=True))
+    weights = [crushed(wrap * visible, s) * near for near, wrap, visible in each]
+    if not _judges_sight(vol, s):
+        return found.first, weights, sum(weights)
+    unhidden = [crushed(wrap, s) * near for near, wrap, _ in each]
+    seen = dr.gather(mi.UInt32, vol.sight, sight.cell_number(vol.grid, found.base), at.active)
+    facing = [mi.Bool(True) if in_air else dr.dot(way, at.normal) > 0 for way in found.ways]
+    asks = None
+    if s.sight == "rays" and tracer is not None:
+        # From off the surface, as maps are asked: in the folds of a curtain nothing sees it. Towards the viewer the way is free.
+        start = dr.fma(at.to_viewer, found.ahead, at.start)
+        to_first = found.corner + (at.position - start)
+        asks = sight.Asks(tracer, start, vol.grid, found.first, to_first, at.active)
+    # A texel of each map alone says too little to go by.
+    weights, front = sight.believed(
+        seen, weights, unhidden, facing, asks, always=in_air or tap is not None, everywhere=in_air
+    )
+    return found.first, weights, front
+
+
+@dataclass
+class Factors:
+    """What the eight probes of the cells of N points count for, factor by factor, before sight; lists hold 8 x (N,)."""
+
+    first: mi.UInt32  # (N,) number of the cell's first probe
+    base: mi.Vector3f  # (N,) its coordinates
+    corner: mi.Vector3f  # (N,) from the point to its place [m]
+    ahead: mi.Float  # how far the point is moved towards its viewer for visibility [m]
+    ways: list[mi.Vector3f]  # from the point to each probe [m]
+    near: list[mi.Float]  # trilinear weights
+    wrap: list[mi.Float]  # for the angle to the surface
+    visible: list[mi.Float]  # what their distance maps say
+
+
+def factors(
+    vol: ProbeVolume,
+    at: Receiver,
+    layout: volume.Settings,
+    s: Settings,
+    tap: mi.Point2f | None = None,
+    *,
+    in_air: bool = False,
+) -> Factors:
+    """The weights of probes, part by part. Arguments as of `irradiance`; in_air: there is no surface, and no bias."""
     grid = vol.grid
     base, place = _cell(grid, at.position)
-    corner = dr.fma(base, grid.spacing, grid.origin) - at.position  # from the point to the cell's first probe
+    corner = dr.fma(base, grid.spacing, grid.origin) - at.position
     off, ahead = (mi.Float(0), mi.Float(0)) if in_air else _bias(grid, at, s)
     shift = at.normal * off + at.to_viewer * ahead
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
     moved = grid.moved_around(first, at.active)
-    ways, near = _ways(grid, corner, moved), _near(grid, place, moved, s)
-    weights, unhidden = [], []
-    for k, to_probe in enumerate(ways):
-        wrap = visible = _wrap(to_probe, at.normal, s)
-        if s.visibility:
+    ways = _ways(grid, corner, moved)
+    visible = [mi.Float(1)] * 8
+    if s.visibility:
+        for k, way in enumerate(ways):
             probe = first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1)
-            visible = wrap * _visibility(vol, probe, shift - to_probe, unit, at.active, layout, s, tap)
-        weights.append(_crushed(visible, s) * near[k])
-        unhidden.append(_crushed(wrap, s) * near[k])
-    if not _judges_sight(vol, s):
-        return first, weights, sum(weights)
-    seen = dr.gather(mi.UInt32, vol.sight, sight.cell_number(grid, base), at.active)
-    facing = [mi.Bool(True) if in_air else dr.dot(way, at.normal) > 0 for way in ways]
-    asks = None
-    if s.sight == "rays" and tracer is not None:
-        # From off the surface, as maps are asked: in the folds of a curtain nothing sees it. Towards the viewer the way is free.
-        start = dr.fma(at.to_viewer, ahead, at.start)
-        asks = sight.Asks(tracer, start, grid, first, corner + (at.position - start), at.active)
-    # A texel of each map alone says too little to go by.
-    weights, front = sight.believed(
-        seen, weights, unhidden, facing, asks, always=in_air or tap is not None, everywhere=in_air
-    )
-    return first, weights, front
+            visible[k] = _visibility(vol, probe, shift - way, unit, at.active, layout, s, tap)
+    wrap = [_wrap(way, at.normal, s) for way in ways]
+    return Factors(first, base, corner, ahead, ways, _near(grid, place, moved, s), wrap, visible)
 
 
 def _ways(grid, corner, moved) -> list[mi.Vector3f]:
@@ -253,7 +307,7 @@ def _near(grid, place, moved, s: Settings) -> list[mi.Float]:
     return trilinear.corrected(place, [m * scale for m in moved])
 
 
-def _crushed(weight: mi.Float, s: Settings) -> mi.Float:
+def crushed(weight: mi.Float, s: Settings) -> mi.Float:
     """What is left of a probe's weight, before the trilinear one (CTU eq. 4.10)."""
     weight = at_least(weight, SMALLEST)
     return weight * at_most(dr.square(weight / s.crush), 1) if s.crush > 0 else weight

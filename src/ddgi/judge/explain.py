@@ -1,0 +1,271 @@
+"""A pixel explained: the eight probes that light it, factor by factor, and where the error comes from.
+
+One ingredient after the other is exchanged for its exact value: who sees the point, by rays; then the
+probes themselves, by rays from the point to what lights it, which the field lights in turn; then all of
+it, by path tracing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from time import perf_counter
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ddgi import sampling
+from ddgi.box import Point
+from ddgi.errors import SettingsError
+from ddgi.judge.path_tracer import PathTracer
+from ddgi.judge.watch import NOBODY, Watch
+from ddgi.luminance import LUMINANCE
+from ddgi.probes import query
+from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
+from ddgi.probes.field import IrradianceField
+from ddgi.scene.camera import Camera, camera_rays
+from ddgi.scene.scene import Scene
+from ddgi.settings import RenderSettings
+from ddgi.still import still
+from ddgi.trace.surface import Surface, matt_bounce
+
+GATHERED = 1 << 16
+"""Rays from the point."""
+WITHIN = 4
+"""Side of the path-traced picture of the pixel, in its own pixels."""
+BATCH = 256
+"""Samples of each of those at a time; batches tell their noise."""
+BATCHES = (4, 4096)
+"""Fewest and most of them."""
+SHINES = 0.3
+"""GGX roughness below which the share of light that mirrors is said to be in the reference."""
+SEED = 1 << 28
+"""First seed of the path tracer."""
+
+
+@dataclass(frozen=True)
+class ProbeShare:
+    """One of the eight probes, and what it adds to the point."""
+
+    number: int
+    coordinates: tuple[int, int, int]  # in the grid
+    position: Point  # where it stands, in the coordinates of the scene's file [m]
+    moved: Point  # from its place in the grid [m]
+    trilinear: float  # factors of the weight, in [0, 1]
+    wrap: float
+    visible: float  # what its distance map says (Chebyshev)
+    crushed: float  # the product, small ones crushed
+    sees: bool  # what a ray says
+    share: float  # in what is read; those of the eight add up to one
+    irradiance: Point  # R, G, B of the map, for the point's normal [W/m^2]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What lights a pixel indirectly. Irradiances are R, G, B [W/m^2]."""
+
+    pixel: tuple[int, int]
+    position: Point  # of the surface at its middle, in the coordinates of the scene's file [m]
+    normal: Point
+    albedo: Point
+    probes: list[ProbeShare]
+    field: Point  # as the query gives it
+    seen: Point  # from the probes that a ray sees, and all factors but visibility
+    gathered: Point  # by rays from the point; the field lights what they meet
+    reference: Point  # by path tracing
+    noise: float  # standard error of the reference's luminance [W/m^2]
+    notes: list[str]
+
+    @property
+    def steps(self) -> dict[str, Point]:
+        """From the field's answer to the true one, by what is exchanged."""
+        return {
+            "field": self.field,
+            "true visibility": self.seen,
+            "no probes between": self.gathered,
+            "path traced": self.reference,
+        }
+
+    def figures(self) -> dict[str, Any]:
+        """All of it by name."""
+        return asdict(self)
+
+
+def luminance(light: Point) -> float:
+    """Luminance of R, G, B."""
+    return float(np.dot(light, LUMINANCE))
+
+
+def explain(
+    scene: Scene,
+    settings: RenderSettings,
+    pixel: tuple[int, int],
+    *,
+    frames: int = 48,
+    seconds: float = 10.0,
+    watch: Watch = NOBODY,
+) -> Explanation:
+    """Explain a pixel of the scene's camera.
+
+    Args:
+        scene: What there is.
+        settings: The configuration.
+        pixel: Column and row, from (0, 0) at the top left.
+        frames: Of the field, before it is read.
+        seconds: Time for path tracing, about.
+        watch: Told of every frame.
+
+    Raises:
+        SettingsError: The pixel lies outside the picture, shows no surface that reflects light, or the
+            configuration's volume is impossible.
+    """
+    camera = scene.camera
+    width, height = camera.size
+    if not (0 <= pixel[0] < width and 0 <= pixel[1] < height):
+        raise SettingsError(f"pixel {pixel[0]},{pixel[1]} lies outside the picture of {width}x{height}")
+    surface = _surface(scene, camera, pixel)
+    watch.phase("updating the field", frames)
+    field = still(scene, settings, frames, watch.step).field
+    at, vol = query.Receiver.on(surface), field.volumes[0]
+    probes = _probes(scene, field, at, settings)
+    field_light = query.irradiance(vol, at, settings.volume, settings.query, scene.tracer)
+    watch.phase("path tracing the pixel")
+    albedo = _point(surface.albedo)
+    reference, noise = _path_traced(scene, camera, pixel, np.maximum(albedo, 1e-3), seconds)
+    return Explanation(
+        pixel=pixel,
+        position=_point(surface.position, scene.origin),
+        normal=_point(surface.normal),
+        albedo=albedo,
+        probes=probes,
+        field=_point(field_light),
+        seen=_mean([p.irradiance for p in probes], [p.trilinear * p.wrap * p.sees for p in probes]),
+        gathered=_gathered(scene, field, surface, settings),
+        reference=reference,
+        noise=noise,
+        notes=list(_notes(surface, probes)),
+    )
+
+
+def _surface(scene: Scene, camera: Camera, pixel: tuple[int, int]) -> Surface:
+    """What the middle of the pixel shows. (1,)."""
+    number = mi.UInt32(pixel[0] + pixel[1] * camera.size[0])
+    origin, direction = camera_rays(camera, scene.tracer.origin, number, mi.Point2f(0.5))
+    surface: Surface = scene.tracer.intersect(
+        origin, direction, mi.Bool(True), time=sampling.clock(0, 0), stream=sampling.PIXEL_ALPHA
+    )
+    dr.eval(surface)
+    if not surface.lit[0]:
+        seen = "a surface that is black from behind" if surface.valid[0] else "nothing of the scene"
+        raise SettingsError(f"pixel {pixel[0]},{pixel[1]} shows {seen}: choose another")
+    return surface
+
+
+def _probes(
+    scene: Scene, field: IrradianceField, at: query.Receiver, settings: RenderSettings
+) -> list[ProbeShare]:
+    vol, tracer = field.volumes[0], scene.tracer
+    grid, s = vol.grid, settings.query
+    found = query.factors(vol, at, settings.volume, s)
+    shares = query.shares(vol, at, settings.volume, s, tracer)
+    light = query.alone(vol, at, shares, settings.volume, s)
+    out = []
+    for k, (number, share) in enumerate(shares):
+        stands = grid.position(number)
+        way = stands - at.start
+        length = dr.norm(way)
+        sees = tracer.visible(at.start, way / length, length, at.active)
+        # Where no probe of its own cell sees the point another cell is read, to which the factors do not belong.
+        near, wrap, visible = found.near[k], found.wrap[k], found.visible[k]
+        out.append(
+            ProbeShare(
+                number=int(number[0]),
+                coordinates=tuple(int(c[0]) for c in grid.coordinates(number)),  # type: ignore[arg-type]
+                position=_point(stands, scene.origin),
+                moved=_point(stands - grid.place(number)),
+                trilinear=_number(near),
+                wrap=_number(wrap),
+                visible=_number(visible),
+                crushed=_number(query.crushed(wrap * visible, s) * near),
+                sees=bool(_number(sees) > 0.5),
+                share=_number(share),
+                irradiance=_point(light[k]),
+            )
+        )
+    return out
+
+
+def _gathered(scene: Scene, field: IrradianceField, surface: Surface, settings: RenderSettings) -> Point:
+    """Irradiance by rays from the point in all directions, what they meet being lit by lamps and the field."""
+    time = sampling.clock(settings.seed, 1 << 20)
+    by = Illumination(
+        scene.tracer, scene.lights, field.volumes[0], time, settings.gather, settings.direct, settings.query,
+        settings.volume,
+    )  # fmt: skip
+    sample = sampling.uniform_2d(time, sampling.PROBE_PATH, dr.arange(mi.UInt32, GATHERED))
+    origin, direction = matt_bounce(surface, sample)
+    met = scene.tracer.intersect(origin, direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA)
+    light = from_lamps(by, met, sampling.PROBE_LIGHT) + from_field(by, met)
+    radiance = arriving(by, met, direction) + reflected(met, light)
+    dr.eval(radiance)
+    return _point(mi.Color3f([dr.mean(c) * dr.pi for c in radiance]))
+
+
+def _path_traced(
+    scene: Scene, camera: Camera, pixel: tuple[int, int], albedo: np.ndarray, seconds: float
+) -> tuple[Point, float]:
+    """Irradiance of the indirect light, path traced, and the standard error of its luminance."""
+    tracer, view = PathTracer(scene), _only(camera, pixel)
+    found: list[np.ndarray] = []
+    start = perf_counter()
+    while len(found) < BATCHES[0] or (len(found) < BATCHES[1] and perf_counter() - start < seconds):
+        seed = SEED + len(found) * BATCH
+        whole, direct = (f(view, BATCH, seed).picture for f in (tracer.render, tracer.render_direct))
+        found.append(np.pi * (whole - direct).mean((0, 1)) / albedo)
+    error = np.std(np.array(found) @ LUMINANCE, ddof=1) / len(found) ** 0.5
+    return _point(np.mean(found, 0)), float(error)
+
+
+def _only(camera: Camera, pixel: tuple[int, int]) -> Camera:
+    """A camera that sees nothing but a pixel of another."""
+    width, height = camera.size
+    x, y = (2 * (pixel[0] + 0.5) / width - 1), (1 - 2 * (pixel[1] + 0.5) / height)
+    aside = x * camera.right + y * camera.up
+    right, up = camera.right / width, camera.up / height
+    if camera.orthographic:
+        moved = camera.position + mi.Point3d(aside)
+        return replace(camera, position=moved, right=right, up=up, size=(WITHIN, WITHIN))
+    ahead = camera.forward + aside
+    scale = dr.rcp(dr.norm(ahead))
+    return replace(
+        camera, forward=ahead * scale, right=right * scale, up=up * scale, near=camera.near / scale,
+        size=(WITHIN, WITHIN),
+    )  # fmt: skip
+
+
+def _notes(surface: Surface, probes: list[ProbeShare]) -> list[str]:
+    lines = []
+    if not any(p.sees for p in probes):
+        lines.append("none of the probes sees the point: it is lit like the air in front of it")
+    if surface.metallic[0] > 0 or (surface.specular[0] > 0 and surface.alpha[0] < SHINES):
+        lines.append(
+            "the surface shines: the reference holds reflections too; --materials diffuse leaves them out"
+        )
+    return lines
+
+
+def _mean(light: list[Point], weights: list[float]) -> Point:
+    total = sum(weights)
+    if total <= 0:
+        return 0.0, 0.0, 0.0
+    return _point(np.average(light, axis=0, weights=weights))
+
+
+def _number(x: Any) -> float:
+    return float(np.ravel(x)[0])
+
+
+def _point(x: Any, origin: Any = 0.0) -> Point:
+    a, b, c = (float(v) for v in np.ravel(x) + np.ravel(origin))
+    return a, b, c

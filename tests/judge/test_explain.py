@@ -1,0 +1,111 @@
+"""A pixel explained, in rooms whose light is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ddgi
+from ddgi.errors import SettingsError
+from ddgi.judge.bars import bars
+from ddgi.judge.explain import Explanation, _only, explain, luminance
+from ddgi.scene.camera import camera_rays
+from probing import camera_in, diffuse, load, rgb, room, small
+
+import mitsuba as mi  # isort: skip  # after the backend's choice
+
+
+@pytest.fixture(scope="module")
+def furnace():
+    """A closed room whose walls all shine 1 and reflect half: 2 arrives from everywhere, 1 of it indirectly."""
+    lit = room(diffuse(0.5))
+    lit["room"]["emitter"] = {"type": "area", "radiance": rgb(1.0)}
+    return replace(load(lit), cameras=(camera_in(),))
+
+
+@pytest.fixture(scope="module")
+def found(furnace):
+    return explain(furnace, small(direct_area="field"), (16, 12), frames=24, seconds=1)
+
+
+def test_in_a_furnace_every_step_is_right(found):
+    """With its lamps left to the field all light is the field's: 2 pi; the path tracer's indirect part is half of it."""
+    for name in ("field", "true visibility", "no probes between"):
+        assert luminance(found.steps[name]) == pytest.approx(2 * np.pi, rel=0.03), name
+    assert luminance(found.reference) == pytest.approx(np.pi, rel=0.03)
+    assert found.noise < 0.05
+
+
+def test_shares_add_up_and_make_the_field(found):
+    assert sum(p.share for p in found.probes) == pytest.approx(1, abs=1e-4)
+    total = sum(p.share * np.array(p.irradiance) for p in found.probes)
+    assert total == pytest.approx(np.array(found.field), rel=1e-3)
+    assert sum(p.trilinear for p in found.probes) == pytest.approx(1, abs=1e-4)
+    assert all(p.sees for p in found.probes)
+
+
+def test_it_says_where_probes_stand(furnace, found):
+    grid = ddgi.IrradianceField.fit(furnace, small()).volumes[0].grid
+    for p in found.probes:
+        x, y, z = p.coordinates
+        assert p.number == x + grid.counts[0] * (y + grid.counts[1] * z)
+        place = np.array(grid.position(mi.UInt32(p.number))).ravel()
+        assert p.position == pytest.approx(tuple(place), abs=1e-4)
+
+
+def test_hidden_probes_are_told():
+    """A sheet through the middle: of the probes of a cell that it parts, those beyond do not see the point."""
+    t = mi.ScalarTransform4f
+    lit = room(diffuse(0.5, two_sided=True)) | {
+        "sheet": {"type": "rectangle", "bsdf": diffuse(0.5, two_sided=True), "to_world": t().scale(2)},
+        "bulb": {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)},
+    }
+    scene = replace(load(lit), cameras=(camera_in(),))
+    s = small(grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), grid_counts=(4, 4, 4), relocation_method="off")
+    seen = explain(scene, s, (16, 12), frames=4, seconds=0)
+    assert abs(seen.position[2]) < 1e-3, "the pixel shows the sheet"
+    behind = [p for p in seen.probes if p.position[2] < 0]
+    assert behind and not any(p.sees for p in behind)
+    assert sum(p.share for p in behind) < 0.01
+
+
+def test_its_figures_are_plain(found):
+    import json
+
+    assert json.loads(json.dumps(found.figures()))["pixel"] == [16, 12]
+
+
+def test_its_picture_has_longer_bars_for_more_light(found):
+    half = replace(found, gathered=tuple(0.5 * x for x in found.gathered))
+    lengths = [(bars(x).astype(int).sum(-1) > 300).sum() for x in (found, half)]
+    assert lengths[1] < lengths[0]
+    dark = replace(found, field=(0.0,) * 3, seen=(0.0,) * 3, gathered=(0.0,) * 3, reference=(0.0,) * 3)
+    assert bars(dark).ndim == 3
+    assert isinstance(dark, Explanation)
+
+
+@pytest.mark.parametrize("pixel", [(32, 0), (0, 24), (-1, 3)])
+def test_pixels_outside_are_refused(furnace, pixel):
+    with pytest.raises(SettingsError, match="outside the picture of 32x24"):
+        explain(furnace, small(), pixel)
+
+
+def test_pixels_without_a_surface_are_refused():
+    scene = ddgi.load_scene("courtyard", look=(0, 1, 0, 0, 90, 1), size=(16, 16))
+    with pytest.raises(SettingsError, match="nothing of the scene"):
+        explain(scene, small(), (8, 8))
+
+
+@pytest.mark.parametrize("scene", ["cornell"])
+def test_the_camera_of_a_pixel_looks_through_it(scene):
+    camera = ddgi.load_scene(scene, size=(64, 36)).camera
+    origin = mi.Point3d(0)
+    _, whole = camera_rays(camera, origin, mi.UInt32(40 + 64 * 7), mi.Point2f(0.5))
+    small_one = _only(camera, (40, 7))
+    _, corner = camera_rays(small_one, origin, mi.UInt32(0), mi.Point2f(0.0))
+    _, first = camera_rays(camera, origin, mi.UInt32(40 + 64 * 7), mi.Point2f(0.0))
+    middle = np.mean(
+        [np.ravel(camera_rays(small_one, origin, mi.UInt32(n), mi.Point2f(0.5))[1]) for n in range(16)], 0
+    )
+    assert np.allclose(middle / np.linalg.norm(middle), np.ravel(whole), atol=1e-4)
+    assert np.allclose(np.ravel(corner), np.ravel(first), atol=1e-5)
