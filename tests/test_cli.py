@@ -279,7 +279,7 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["flicker", "no-such-scene"], "no scene 'no-such-scene'"),
         (["explain", "cornell", "--pixel", "9000,3"], "pixel 9000,3 lies outside the picture of"),
         (["explain", "no-such-scene", "--pixel", "1,1"], "no scene 'no-such-scene'"),
-        (["explain", "cornell", "--pixel", "1,1", "-o", "a.jpg"], "unknown kind of picture"),
+        (["explain", "cornell", "--pixel", "1,1", "-o", "a.jpg"], "choose a name that ends in .png"),
         (["explain", "cornell", "--pixel", "1,1", "--json", "none/a.json"], "there is no folder"),
         (["respond", "cornell", "--preset", "best"], "unknown preset"),
         (["respond", "cornell", "--light", "sun"], "no light 'sun': there are light (area)"),

@@ -183,13 +183,9 @@ def test_nothing_leaks_through_walls_without_thickness(spacing):
         (0.02, 0.5),
         (0.3, 0.5),
         (0.3, 1.0),
-        pytest.param(
-            0.02,
-            1.0,
-            marks=pytest.mark.xfail(
-                reason="the few probes in the room stand hidden by furniture", strict=True
-            ),
-        ),
+        (0.1, 1.0),
+        (0.02, 1.0),
+        (0.001, 1.0),
     ],
 )
 def test_the_sealed_room_stays_black(wall, spacing):

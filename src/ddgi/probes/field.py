@@ -53,10 +53,10 @@ class IrradianceField:
             box = region.find(scene.tracer, seen, moved(scene.bounds, here))
             found = _walls(scene, seen, box)
         layout = grid.fit(box, replace(settings.grid, box=None), found)
-        layout = relocation.relocate(scene.tracer, layout, seen, settings.relocation)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
+        layout = relocation.relocate(scene.tracer, layout, seen, settings.relocation)
         open_ways = sight.look(scene.tracer, layout)
-        vol = replace(vol, exponent=query.lookup_exponent(settings.query), sight=open_ways)
+        vol = replace(vol, grid=layout, exponent=query.lookup_exponent(settings.query), sight=open_ways)
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
 
     def check(self, settings: RenderSettings) -> None:
