@@ -144,6 +144,20 @@ def leaks(rows: Rows) -> str:
     return table(("walls", "spacing", *names), lines)
 
 
+def relocation(rows: Rows) -> str:
+    """A way to place probes a row: mean FLIP in every scene, light that leaks, light that is missing."""
+    names = [name for name in rows[0] if name not in ("name", "noise")]
+
+    def cell(r: dict[str, Any], name: str) -> str:
+        found = r[name]
+        rest = " / ".join(f"{100 * found[kind]['mean']:.1f}" for kind in ("leak", "dark"))
+        return f"{found['flip_mean']:.3f} ({rest} %, {100 * found['moved']:.0f} %)"
+
+    lines = [[name, *(cell(r, name) for r in rows)] for name in names]
+    lines.append(["FLIP between the reference's halves", *(f"{r['noise']:.3f}" for r in rows)])
+    return table(("probes", *(r["name"] for r in rows)), lines)
+
+
 def parts(rows: Rows) -> str:
     """What is left as one part after another is made ideal."""
     names = list(rows[0]["parts"])
@@ -181,6 +195,7 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "constants": ("constants", wins),
     "volumes": ("volumes", volumes),
     "leaks": ("leaks", leaks),
+    "relocation": ("relocation", relocation),
     "parts": ("parts", parts),
     "materials": ("materials", materials),
     "fuzz": (

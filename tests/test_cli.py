@@ -75,6 +75,15 @@ def test_explain_lists_probes_and_steps(run, tmp_path):
     assert np.array(mi.Bitmap(str(png))).shape[2] == 3
 
 
+def test_debug_writes_a_picture(run, tmp_path):
+    png = tmp_path / "a.png"
+    assert run("debug", "cornell-point", "--view", "offsets", "-o", png, *QUICK)[0] == 0
+    assert np.array(mi.Bitmap(str(png))).shape == (16, 24, 3)
+    code, _, err = run("debug", "cornell-point", "--view", "everything", "-o", png)
+    assert code == 2
+    assert "irradiance-atlas" in err
+
+
 @pytest.mark.parametrize("pixel", ["3", "3,4,5", "-1,2", "a,b", "1.5,2"])
 def test_what_is_no_pixel_is_refused(run, pixel):
     code, _, err = run("explain", "cornell", "--pixel", pixel)
@@ -205,6 +214,7 @@ def test_help_and_version(run):
         ["flicker", "-h"],
         ["respond", "-h"],
         ["explain", "-h"],
+        ["debug", "-h"],
         ["info", "-h"],
         ["--version"],
     ):
@@ -277,6 +287,8 @@ LAMP = '<emitter type="point"><rgb name="intensity" value="{}"/></emitter>'
         (["flicker", "cornell", "-o", "a.jpg"], "unknown kind of picture"),
         (["flicker", "cornell", "--json", "none/a.json"], "there is no folder"),
         (["flicker", "no-such-scene"], "no scene 'no-such-scene'"),
+        (["debug", "cornell", "--view", "probes", "-o", "a.exr"], "choose a name that ends in .png"),
+        (["debug", "no-such-scene", "--view", "leak", "-o", "a.png"], "no scene 'no-such-scene'"),
         (["explain", "cornell", "--pixel", "9000,3"], "pixel 9000,3 lies outside the picture of"),
         (["explain", "no-such-scene", "--pixel", "1,1"], "no scene 'no-such-scene'"),
         (["explain", "cornell", "--pixel", "1,1", "-o", "a.jpg"], "choose a name that ends in .png"),

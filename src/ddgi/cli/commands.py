@@ -7,6 +7,7 @@ import click
 from ddgi import __version__
 from ddgi.cli.bench import bench
 from ddgi.cli.compare import compare
+from ddgi.cli.debug import debug
 from ddgi.cli.explain import explain
 from ddgi.cli.flicker import flicker
 from ddgi.cli.info import info
@@ -21,5 +22,5 @@ def commands() -> None:
     """Light scenes with ray-traced irradiance probes (dynamic diffuse global illumination)."""
 
 
-for command in (render, info, scenes, presets, compare, explain, flicker, respond, bench):
+for command in (render, info, scenes, presets, compare, explain, debug, flicker, respond, bench):
     commands.add_command(command)

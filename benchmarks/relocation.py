@@ -1,0 +1,76 @@
+"""Where probes stand: in their places, moved as published, or by their receivers. Error, leak and dark in real rooms.
+
+    python benchmarks/relocation.py       # into docs/results/relocation.json; minutes on two cores
+
+The views and references of `volume_search.py`, denoised; only the places of the probes differ.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+import ddgi
+from ddgi.judge.denoiser import denoise
+from ddgi.judge.leak import dark, leak
+from ddgi.judge.metrics import difference
+from ddgi.judge.reference import make_reference
+from ddgi.judge.trial import run
+from ddgi.judge.view import look
+from ddgi.scene.load import load_scene
+from studies import RESULTS, machine, trials
+from volume_search import CASES, FRAMES, SECONDS, SIZE, TARGET
+
+SCENES = ("dream-apartment", "classroom", "veach-ajar", "staircase2")
+BUILT_IN = (("courtyard", None), ("house", "open"))
+METHODS = trials(
+    "in their places: relocation.method=off",
+    "SCALE: relocation.method=scale; relocation.iterations=5; relocation.clearance=0.15",
+    "MFF: relocation.method=mff; relocation.iterations=50; relocation.clearance=0.15",
+    "MFF, weights follow: relocation.method=mff; relocation.iterations=50; relocation.clearance=0.15; query.follow_moved=true",
+    "receivers",
+    "receivers, weights follow: query.follow_moved=true",
+    "maps alone, in their places: relocation.method=off; query.sight=maps",
+    "maps alone, receivers: query.sight=maps",
+)
+
+
+def row(name: str, scene: ddgi.Scene) -> dict[str, Any]:
+    """One scene with probes in all places."""
+    reference = make_reference(scene, scene.camera, TARGET, SECONDS)
+    guides = look(scene).guides
+    clean = [denoise(half, guides)[0] for half in reference.halves]
+    truth = denoise(reference.picture, guides)[0]
+    found: dict[str, Any] = {"name": name, "noise": difference(*clean).flip_mean}
+    for trial in METHODS:
+        outcome = run(scene, trial, FRAMES)
+        apart = difference(outcome.picture, truth)
+        field = ddgi.IrradianceField.fit(scene, trial.settings).volumes[0].grid
+        moved = 0 if field.offset is None else (np.array(field.offset).reshape(-1, 4) != 0).any(-1).mean()
+        found[trial.name] = {
+            "flip_mean": apart.flip_mean,
+            "luminance_error": apart.luminance_error,
+            "leak": leak(outcome.leaked, reference, guides.albedo).figures(),
+            "dark": dark(outcome.indirect, reference, guides.albedo).figures(),
+            "moved": float(moved),
+        }
+        print(name, trial.name, found[trial.name], flush=True)
+    return found
+
+
+def main() -> None:
+    """Measure and write."""
+    ddgi.use_backend()
+    rows = [row(name, CASES[name].load()) for name in SCENES]
+    for name, camera in BUILT_IN:
+        scene = load_scene(name, camera=camera, size=SIZE)
+        rows.append(row(name if camera is None else f"{name}, {camera}", scene))
+    (RESULTS / "relocation.json").write_text(
+        json.dumps({"machine": machine(), "rows": rows}, indent=1, allow_nan=False) + "\n"
+    )
+
+
+if __name__ == "__main__":
+    main()
