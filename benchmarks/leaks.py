@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,18 @@ import mitsuba as mi
 from ddgi import IrradianceField, sampling
 from ddgi.backend import use_backend
 from ddgi.config import load_settings
+from ddgi.judge.compare import compare
+from ddgi.judge.sheet import sheet
+from ddgi.judge.trial import Trial
+from ddgi.output import save_display
 from ddgi.probes import query
 from ddgi.probes.field import irradiance
+from ddgi.scene.camera import with_near
 from ddgi.scene.library.house import house, sealed_room
 from ddgi.scene.load import load_scene
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
-from studies import RESULTS, machine
+from studies import PICTURES, RESULTS, machine
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from probing import surfaces_in
@@ -38,6 +44,8 @@ SUN, WAY = 1e4, (-0.45, -1.0, -0.6)
 WALLS = (0.3, 0.1, 0.02, 0.001)
 SPACINGS = (0.5, 1.0)
 UPDATES = 24
+ABOVE, NEAR = (0, 14, 0.1, 0, 0, 0), 11.5
+SHOWN = ("and relocation", "scale", "classic")
 CONFIGURATIONS = {
     "maps alone": ("default", ["query.sight=maps", "relocation.method=off"]),
     "and cells": ("default", ["query.sight=cells", "relocation.method=off"]),
@@ -77,9 +85,23 @@ def measured() -> list[dict[str, Any]]:
     return rows
 
 
+def picture() -> None:
+    """BLOG's comparison: the house from above, its roof cut away for the camera; the room on the left is sealed."""
+    scene = load_scene("house", look=ABOVE, size=(320, 180))
+    scene = replace(scene, cameras=tuple(with_near(camera, NEAR) for camera in scene.cameras))
+    trials = [
+        Trial(name, load_settings(preset, None, sets))
+        for name, (preset, sets) in CONFIGURATIONS.items()
+        if name in SHOWN
+    ]
+    found = compare(scene, trials, frames=64, target=0.2, most_seconds=120, rivals=False)
+    save_display(PICTURES / "leaks-house.png", sheet(found))
+
+
 def main() -> None:
     """Measure and write."""
     use_backend()
+    picture()
     found = {"machine": machine(), "rows": measured()}
     (RESULTS / "leaks.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
 
