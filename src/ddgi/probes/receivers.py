@@ -40,6 +40,8 @@ CROWDED = 2.0
 """What surfaces all around, nearer than the clearance, take from it."""
 SPREADS = (0.5, 0.25)
 """Steps in which a place is looked for, from the best so far, in limits."""
+LOT = 0x9E3779B9
+"""Times the number of a point, in 32 bits, it is its lot: 2^32 over the golden ratio."""
 AT_ONCE = 1 << 22
 """Rays traced together."""
 WAYS = np.array(
@@ -70,11 +72,13 @@ def find(tracer: Tracer, grid: ProbeGrid, seen: Seen) -> Receivers | None:
     place, cells = place[inside], counts - 1
     base = np.clip(np.floor(place), 0, cells - 1)
     cell = (base @ [1, cells[0], cells[0] * cells[1]]).astype(int)
-    order, many = np.argsort(cell, kind="stable"), np.bincount(cell, minlength=np.prod(cells))
+    # The first of each cell in an order by lot: where rounding moves a point to another cell, the others stay chosen.
+    lot = np.flatnonzero(inside).astype(np.uint32) * np.uint32(LOT)
+    order, many = np.lexsort((lot, cell)), np.bincount(cell, minlength=np.prod(cells))
     first = np.cumsum(many) - many
-    # Evenly spaced in the list of a cell, which is in no order. Cells without points take another's, for nothing.
-    pick = first[:, None] + (np.arange(PER_CELL) + 0.5) / PER_CELL * many[:, None]
-    chosen = order[np.minimum(pick.astype(int), len(order) - 1)].ravel()
+    pick = first[:, None] + np.arange(PER_CELL) % np.maximum(many, 1)[:, None]
+    # Cells without points take another's, for nothing.
+    chosen = order[np.minimum(pick, len(order) - 1)].ravel()
     within = np.clip(place - base, 0, 1)[chosen]
     near = np.repeat(many > 0, PER_CELL)[:, None] * np.ones(8)
     for k in range(8):
