@@ -94,5 +94,8 @@ def test_shares_of_probes_alone_add_up_to_the_irradiance():
     total = sum(np.array(share * light) for (_, share), light in zip(probes, lights, strict=True))
     whole = np.array(query.irradiance(vol, at, s.volume, s.query, scene.tracer))
     assert len(probes) == 8
-    assert np.allclose(sum(np.array(share) for _, share in probes), 1, atol=1e-4)
+    shares = sum(np.array(share) for _, share in probes)
+    seen = shares > 0  # a point in a corner may be seen by no probe at all
+    assert seen.mean() > 0.95
+    assert np.allclose(shares[seen], 1, atol=1e-4)
     assert np.allclose(total, whole, rtol=1e-4, atol=1e-5)
