@@ -132,7 +132,6 @@ def main(count: int, first: int, keep: Path | None) -> None:
         for number in numbers:
             print(written(damaged(number), keep / str(number)))
         return
-    _warm_up()  # before processes are started that would each say what is missing
     kinds: Counter[tuple[str, str]] = Counter()
     failures = []
     slowest = memory = 0.0
