@@ -45,7 +45,8 @@ WALLS = (0.3, 0.1, 0.02, 0.001)
 SPACINGS = (0.5, 1.0)
 UPDATES = 24
 ABOVE, NEAR = (0, 14, 0.1, 0, 0, 0), 11.5
-SHOWN = ("and relocation", "scale", "classic")
+SHOWN = {"default": "and relocation", "scale": "scale", "classic": "classic"}
+"""Names in the picture, and of their configurations."""
 CONFIGURATIONS = {
     "maps alone": ("default", ["query.sight=maps", "relocation.method=off"]),
     "and cells": ("default", ["query.sight=cells", "relocation.method=off"]),
@@ -91,8 +92,7 @@ def picture() -> None:
     scene = replace(scene, cameras=tuple(with_near(camera, NEAR) for camera in scene.cameras))
     trials = [
         Trial(name, load_settings(preset, None, sets))
-        for name, (preset, sets) in CONFIGURATIONS.items()
-        if name in SHOWN
+        for name, (preset, sets) in ((n, CONFIGURATIONS[c]) for n, c in SHOWN.items())
     ]
     found = compare(scene, trials, frames=64, target=0.2, most_seconds=120, rivals=False)
     save_display(PICTURES / "leaks-house.png", sheet(found))
