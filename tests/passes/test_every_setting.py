@@ -59,7 +59,7 @@ MAPS = {
     "blend.fit_texels": (False, {}),
     "blend.long_distances": ("reject", {}),
     "query.trilinear": (False, {}),
-    "query.follow_moved": (True, {}),
+    "query.follow_moved": (True, {"relocation_method": "scale", "relocation_clearance": 0.5}),
     "query.wrap": ("sharp", {}),
     "query.wrap_offset": (0.7, {"query_wrap": "half_cosine"}),
     "query.wrap_a": (0.2, {"query_wrap": "wrap"}),
