@@ -18,6 +18,7 @@ import numpy as np
 from ddgi import sampling
 from ddgi.box import Point
 from ddgi.errors import SettingsError
+from ddgi.frame import advance
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
@@ -27,7 +28,6 @@ from ddgi.probes.field import IrradianceField
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
-from ddgi.still import still
 from ddgi.trace.surface import Surface, matt_bounce
 
 GATHERED = 1 << 16
@@ -126,7 +126,7 @@ def explain(
         raise SettingsError(f"pixel {pixel[0]},{pixel[1]} lies outside the picture of {width}x{height}")
     surface = _surface(scene, camera, pixel)
     watch.phase("updating the field", frames)
-    field = still(scene, settings, frames, watch.step).field
+    field = _updated(scene, settings, frames, watch)
     at, vol = query.Receiver.on(surface), field.volumes[0]
     probes = _probes(scene, field, at, settings)
     field_light = query.irradiance(vol, at, settings.volume, settings.query, scene.tracer)
@@ -146,6 +146,17 @@ def explain(
         noise=noise,
         notes=list(_notes(surface, probes)),
     )
+
+
+def _updated(scene: Scene, settings: RenderSettings, frames: int, watch: Watch) -> IrradianceField:
+    """The field after some updates; nobody looks at pictures."""
+    field = IrradianceField.fit(scene, settings)
+    for tick in range(frames):
+        time = sampling.clock(settings.seed, tick)
+        field = advance()(settings, scene.tracer, scene.lights, field, time)
+        dr.eval(field)
+        watch.step()
+    return field
 
 
 def _surface(scene: Scene, camera: Camera, pixel: tuple[int, int]) -> Surface:

@@ -63,9 +63,9 @@ class Seen:
     weight: np.ndarray  # (N,) share of the picture's light that may come from there; 0: nothing was met
 
 
-def look(tracer: Tracer, cameras: Sequence[Camera], bounces: int = BOUNCES) -> Seen:
-    """What paths of some surfaces, traced back from cameras, meet. There is a camera at least, and they count alike."""
-    found = [_walk(tracer, camera, number, bounces) for number, camera in enumerate(cameras)]
+def look(tracer: Tracer, cameras: Sequence[Camera]) -> Seen:
+    """What paths traced back from cameras meet. There is one at least, and they count alike."""
+    found = [_walk(tracer, camera, number) for number, camera in enumerate(cameras)]
     position, normal = (np.concatenate([f[i] for f in found]) for i in range(2))
     return Seen(position, normal, np.concatenate([w / max(w.sum(), 1e-30) for *_, w in found]))
 
@@ -90,9 +90,7 @@ def find(tracer: Tracer, seen: Seen, bounds: Box) -> Box:
     return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
 
 
-def _walk(
-    tracer: Tracer, camera: Camera, number: int, bounces: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _walk(tracer: Tracer, camera: Camera, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where paths from a camera meet surfaces, their normals, (N, 3), and what share of its light each may carry."""
     time = sampling.clock(0, number)
     lane = dr.arange(mi.UInt32, PATHS)
@@ -104,16 +102,15 @@ def _walk(
     origin, direction = camera_rays(camera, tracer.origin, row * width + column, within)
     throughput, active = mi.Float(1), mi.Bool(True)
     places, normals, weights = [], [], []
-    for bounce in range(bounces):
+    for bounce in range(BOUNCES):
         surface = tracer.intersect(origin, direction, active, time=time, stream=sampling.REGION)
         active = active & surface.lit
         met = dr.select(active, surface.position, mi.Point3f(0)), dr.select(active, throughput, 0)
         normal, throughput = surface.geometric_normal, throughput * mi.luminance(surface.albedo)
         onward = sampling.uniform_2d(time, sampling.REGION, lane + (1 + bounce) * PATHS)
         origin, direction = matt_bounce(surface, onward)
-        dr.eval(
-            met, normal, throughput, origin, direction, active
-        )  # once: each by itself would trace the ray again
+        # Once: each by itself would trace the ray again.
+        dr.eval(met, normal, throughput, origin, direction, active)
         places.append(np.array(met[0]).T)
         normals.append(np.array(normal).T)
         weights.append(np.array(met[1]))
