@@ -21,6 +21,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.extrema import at_least
+from ddgi.probes import trilinear
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.region import Seen
 from ddgi.trace.surface import slack
@@ -57,9 +58,8 @@ class Receivers:
 
     start: mi.Point3f  # (C M,) where rays to probes start [m]
     normal: mi.Vector3f  # (C M,) unit
-    near: (
-        mi.Float
-    )  # (8 C M,) trilinear weights of the cell's probes, number * 8 + probe; 0 where there is no point
+    # (8 C M,) trilinear weights of the cell's probes, number * 8 + probe; 0 where there is no point
+    near: mi.Float
 
 
 def find(tracer: Tracer, grid: ProbeGrid, seen: Seen) -> Receivers | None:
@@ -80,10 +80,7 @@ def find(tracer: Tracer, grid: ProbeGrid, seen: Seen) -> Receivers | None:
     # Cells without points take another's, for nothing.
     chosen = order[np.minimum(pick, len(order) - 1)].ravel()
     within = np.clip(place - base, 0, 1)[chosen]
-    near = np.repeat(many > 0, PER_CELL)[:, None] * np.ones(8)
-    for k in range(8):
-        for axis in range(3):
-            near[:, k] *= within[:, axis] if k >> axis & 1 else 1 - within[:, axis]
+    near = np.array(trilinear.regular(mi.Vector3f(within.T))).T * np.repeat(many > 0, PER_CELL)[:, None]
     position = mi.Point3f(seen.position[inside][chosen].T)
     normal = mi.Vector3f(seen.normal[inside][chosen].T)
     start = dr.fma(normal, slack(position, tracer.extent), position)
