@@ -89,7 +89,7 @@ def _lines(found: Explanation) -> Iterator[str]:
     widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(COLUMNS))]
     for row in rows:
         yield "".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
-    yield "E [W/m^2]: the light alone that the probe would give; share: of the weights, after sight"
+    yield "E [W/m^2]: the light alone that the probe would give; share: of the weights in the end, after query.sight"
     yield ""
     truth = luminance(found.reference)
     for name, light in found.steps.items():

@@ -133,6 +133,8 @@ def explain(
     watch.phase("path tracing the pixel")
     albedo = _point(surface.albedo)
     reference, noise = _path_traced(scene, camera, pixel, np.maximum(albedo, 1e-3), seconds)
+    # The path tracer's indirect light is without emitters seen from the point, such as a sky, which the field may have.
+    emitted, gathered = _gathered(scene, field, surface, settings)
     return Explanation(
         pixel=pixel,
         position=_point(surface.position, scene.origin),
@@ -141,8 +143,8 @@ def explain(
         probes=probes,
         field=_point(field_light),
         seen=_mean([p.irradiance for p in probes], [p.trilinear * p.wrap * p.sees for p in probes]),
-        gathered=_gathered(scene, field, surface, settings),
-        reference=reference,
+        gathered=gathered,
+        reference=_point(np.add(reference, emitted)),
         noise=noise,
         notes=list(_notes(surface, probes)),
     )
@@ -207,8 +209,10 @@ def _probes(
     return out
 
 
-def _gathered(scene: Scene, field: IrradianceField, surface: Surface, settings: RenderSettings) -> Point:
-    """Irradiance by rays from the point in all directions, what they meet being lit by lamps and the field."""
+def _gathered(
+    scene: Scene, field: IrradianceField, surface: Surface, settings: RenderSettings
+) -> tuple[Point, Point]:
+    """Irradiance by rays from the point: from emitters that are left to the field, and with what lamps and field light."""
     time = sampling.clock(settings.seed, 1 << 20)
     by = Illumination(
         scene.tracer, scene.lights, field.volumes[0], time, settings.gather, settings.direct, settings.query,
@@ -218,9 +222,11 @@ def _gathered(scene: Scene, field: IrradianceField, surface: Surface, settings: 
     origin, direction = matt_bounce(surface, sample)
     met = scene.tracer.intersect(origin, direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA)
     light = from_lamps(by, met, sampling.PROBE_LIGHT) + from_field(by, met)
-    radiance = arriving(by, met, direction) + reflected(met, light)
-    dr.eval(radiance)
-    return _point(mi.Color3f([dr.mean(c) * dr.pi for c in radiance]))
+    emitted = arriving(by, met, direction)
+    whole = emitted + reflected(met, light)
+    dr.eval(emitted, whole)
+    one, both = (_point(mi.Color3f([dr.mean(c) * dr.pi for c in x])) for x in (emitted, whole))
+    return one, both
 
 
 def _path_traced(
