@@ -176,9 +176,8 @@ def take_picture(
     surface = gbuffer(tracer, camera, time, s.gbuffer)
     by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
     near = nearby(by, surface, s.contact)
-    shining = tracer.materials.any_specular
-    reflections = mirrored(by, surface, s.gloss) if shining else None
+    reflections = mirrored(by, surface, s.gloss) if tracer.shining else None
     shaded = shade(
-        tracer, lights, field, surface, shining, time, s.direct, s.volume, s.query, near, reflections
+        tracer, lights, field, surface, tracer.shining, time, s.direct, s.volume, s.query, near, reflections
     )
     return accumulate(previous, surface, shaded, s.picture)

@@ -35,7 +35,10 @@ import mitsuba as mi
     PIXEL_GLOSS,
     PIXEL_GLOSS_ALPHA,
     PLACEMENT,
-) = range(22)
+    PROBE_GLOSS,
+    PROBE_GLOSS_CHOICE,
+    PROBE_GLOSS_ALPHA,
+) = range(25)
 _STREAMS = 64
 _GOLDEN = 0x9E3779B9  # 2^32 divided by the golden ratio
 _PLASTIC = (0xC13FA9A9, 0x91E10DA5)  # and by the plastic number p, and by its square

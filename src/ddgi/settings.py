@@ -54,7 +54,7 @@ _default = RenderSettings()
 # emitters to the probes' rays; light between near things is ours. Each then differs as its own text says.
 _published = replace(
     _default,
-    gather=replace(_default.gather, taps="bilinear"),
+    gather=replace(_default.gather, taps="bilinear", gloss="matt"),
     blend=replace(_default.blend, warm_up=0, gamma=1.0, long_distances="clamp", fit_texels=False),
     query=replace(
         _default.query,

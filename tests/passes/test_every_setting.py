@@ -51,6 +51,7 @@ MAPS = {
     "gather.energy_preservation": (0.5, {}),
     "gather.back_face_distance": (1.0, {}),
     "gather.taps": ("bilinear", {}),
+    "gather.gloss": ("matt", {}),
     "blend.hysteresis": (0.5, {"blend_warm_up": 0}),
     "blend.warm_up": (0, {}),
     "blend.recency": (1.0, {"blend_warm_up": 1}),

@@ -19,7 +19,7 @@ from ddgi.passes.picture import accumulate
 from ddgi.passes.shade import shade
 from ddgi.probes import blend as blending
 from ddgi.probes import lamplit
-from ddgi.probes.bounce import Illumination
+from ddgi.probes.bounce import Illumination, follows_lobes
 from ddgi.probes.gather import gather
 from ddgi.probes.rays import spawn
 from ddgi.sampling import clock
@@ -64,7 +64,10 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
         rays = watch("spawn rays", spawn, vol.grid, time, s.rays)
         paths = sharing = points = None
         if s.rays.from_lamps and lights.delta.count:
-            paths = watch("light paths", lamplit.send, tracer, lights, vol.grid, s.rays.from_lamps, time)
+            paths = watch(
+                "light paths", lamplit.send,
+                tracer, lights, vol.grid, s.rays.from_lamps, follows_lobes(tracer, s.gather), time,
+            )  # fmt: skip
             sharing = lamplit.Sharing(paths.aim, rays.count)
         found = watch(
             "trace and shade", gather,
@@ -83,7 +86,7 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
     shaded = watch(
         "light pixels", shade,
-        tracer, lights, steady.field, surface, scene.materials.any_specular, time, s.direct, s.volume, s.query, mi.Color3f(0), None,
+        tracer, lights, steady.field, surface, tracer.shining, time, s.direct, s.volume, s.query, mi.Color3f(0), None,
     )  # fmt: skip
     watch("add to picture", accumulate, steady.frame.picture, surface, shaded, s.picture)
     return watch

@@ -22,7 +22,7 @@ from ddgi.frame import advance
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
-from ddgi.probes import query
+from ddgi.probes import glossy, query
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
 from ddgi.probes.field import IrradianceField
 from ddgi.scene.camera import Camera, camera_rays
@@ -221,9 +221,9 @@ def _gathered(
     sample = sampling.uniform_2d(time, sampling.PROBE_PATH, dr.arange(mi.UInt32, GATHERED))
     origin, direction = matt_bounce(surface, sample)
     met = scene.tracer.intersect(origin, direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA)
-    light = from_lamps(by, met, sampling.PROBE_LIGHT) + from_field(by, met)
-    emitted = arriving(by, met, direction)
-    whole = emitted + reflected(met, light)
+    emitted, on = arriving(by, met, direction), glossy.follow(by, met)
+    light = from_lamps(by, on.surface, sampling.PROBE_LIGHT) + from_field(by, on.surface)
+    whole = emitted + on.radiance + on.throughput * reflected(on.surface, light)
     dr.eval(emitted, whole)
     one, both = (_point(mi.Color3f([dr.mean(c) * dr.pi for c in x])) for x in (emitted, whole))
     return one, both

@@ -16,10 +16,9 @@ from ddgi.lighting.direct import direct_light
 from ddgi.probes.bounce import Illumination, arriving, from_field, reflected
 from ddgi.sampling import Clock
 from ddgi.settings_group import settings_group
+from ddgi.trace.lobe import sharp
 from ddgi.trace.surface import Surface, offset_origin
 
-SHARPEST = 0.15
-"""GGX alpha below which rays of the lobe bring the light of lamps with a size too."""
 MOST = 10.0
 """Times the mean radiance around a pixel's point that a ray of a wide lobe brings at most, lamps aside."""
 METAL = 0.5
@@ -104,11 +103,6 @@ def _numbers(time: Clock, index: mi.UInt32, bounce: int) -> mi.Point2f:
     if bounce == 0:
         return sampling.kronecker_2d(time, sampling.PIXEL_GLOSS, index, time.tick)
     return sampling.uniform_2d(time, sampling.PIXEL_GLOSS, index)
-
-
-def sharp(surface: Surface) -> mi.Bool:
-    """Where a ray of the lobe finds lamps more surely than a sample of a lamp meets the lobe. (W H,)."""
-    return surface.alpha < SHARPEST
 
 
 def _bounded(radiance: mi.Color3f, surface: Surface, usual: mi.Color3f) -> mi.Color3f:

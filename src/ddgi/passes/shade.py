@@ -10,10 +10,10 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.lighting import brdf, direct
 from ddgi.lighting.lights import Lights, environment_radiance
-from ddgi.passes.gloss import sharp
 from ddgi.probes import query, volume
 from ddgi.probes.field import IrradianceField, irradiance
 from ddgi.sampling import Clock
+from ddgi.trace.lobe import sharp
 from ddgi.trace.surface import Surface
 from ddgi.trace.tracer import Tracer
 

@@ -56,6 +56,15 @@ class Settings:
             "texels read from each map at hits: four, or one picked with their weights (faster; the mean is the same)"
         ),
     ] = "stochastic"
+    gloss: Annotated[
+        Literal["traced", "matt"],
+        Doc("metals and gloss that rays meet: rays go on along their lobe, or they count as matt"),
+    ] = "traced"
+
+
+def follows_lobes(tracer: Tracer, s: Settings) -> bool:
+    """Whether rays go on from gloss and metals (`probes/glossy.py`)."""
+    return s.gloss == "traced" and tracer.shining
 
 
 @dataclass

@@ -13,7 +13,7 @@ import mitsuba as mi
 
 from ddgi import sampling
 from ddgi.lighting.guard import finite
-from ddgi.probes import contact
+from ddgi.probes import contact, glossy
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
 from ddgi.probes.directions import picked
 from ddgi.probes.rays import ProbeRays
@@ -98,12 +98,15 @@ class _Path:
 def _along_path(by: Illumination, surface: Surface) -> _Path:
     """Radiance that first hits reflect, by a path of `path_length` surfaces and, at its end, the field.
 
+    What is seen in gloss and metals comes on top of them.
+
     Light paths (`lamplit`) bring some of the lamps' light on first hits, and none of what is beyond.
     """
-    share = by.sharing.of_rays if by.sharing else None
+    on = glossy.follow(by, surface)
+    share = on.share(by.sharing.of_rays if by.sharing else None)
+    radiance, throughput, surface = on.radiance, on.throughput, on.surface
     width, last = dr.width(surface.distance), by.gather.path_length
     lane = dr.arange(mi.UInt32, width)
-    radiance, throughput = dr.zeros(mi.Color3f, width), mi.Color3f(1)
     for length in range(1, last):
         radiance += throughput * reflected(surface, from_lamps(by, surface, sampling.PROBE_LIGHT, share))
         throughput = dr.select(surface.lit, throughput * surface.albedo, mi.Color3f(0))

@@ -7,7 +7,7 @@ points (as in interleaved sampling; Keller and Heidrich 2001), and every probe a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -21,6 +21,7 @@ from ddgi.lighting.lights import DeltaLight, Lights
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.octahedral import texel_direction
 from ddgi.sampling import Clock
+from ddgi.trace.lobe import matt_rest
 from ddgi.trace.surface import Surface
 from ddgi.trace.tracer import Tracer
 
@@ -102,14 +103,29 @@ def ray_density(toward: mi.Float, distance: mi.Float, rays: int) -> mi.Float:
     return at_least(toward, 0) * (rays / (4 * dr.pi)) / at_least(dr.square(distance), 1e-12)
 
 
-def send(tracer: Tracer, lights: Lights, grid: ProbeGrid, count: int, time: Clock) -> LampPaths | None:
-    """This update's light paths, `count` for every probe; None without lamps that they could come from."""
+def send(
+    tracer: Tracer, lights: Lights, grid: ProbeGrid, count: int, matt_alone: bool, time: Clock
+) -> LampPaths | None:
+    """This update's light paths; None without lamps that they could come from.
+
+    Args:
+        tracer: Says where they land.
+        lights: Where they come from.
+        grid: The probes.
+        count: For every probe.
+        matt_alone: What lobes reflect is left to the rays (`probes/glossy.py`).
+        time: Random source.
+    """
     if count == 0 or lights.delta.count == 0:
         return None
     low, high = grid.place(mi.UInt32(0)), grid.place(mi.UInt32(grid.size - 1))
     around = Disc((low + high) / 2, 0.5 * dr.norm(high - low))
     aim = light_paths.aim(tracer, lights, around, count * SETS, time)
-    return LampPaths(aim, light_paths.land(tracer, lights, aim, time))
+    landed = light_paths.land(tracer, lights, aim, time)
+    if matt_alone:
+        landed = replace(landed, intensity=landed.intensity * matt_rest(landed.surface))
+        dr.eval(landed)
+    return LampPaths(aim, landed)
 
 
 def seen(tracer: Tracer, grid: ProbeGrid, paths: LampPaths, rays: int, time: Clock) -> LamplitPoints:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ddgi.lighting.lights import Lights
 from ddgi.probes import lamplit
 from ddgi.probes.blend import blend
-from ddgi.probes.bounce import Illumination
+from ddgi.probes.bounce import Illumination, follows_lobes
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.gather import gather
 from ddgi.probes.lamplit import Sharing
@@ -27,7 +27,9 @@ def update(
     volumes, non_finite = [], field.non_finite
     for vol in field.volumes:
         rays = spawn(vol.grid, time, s.rays)
-        paths = lamplit.send(tracer, lights, vol.grid, s.rays.from_lamps, time)
+        paths = lamplit.send(
+            tracer, lights, vol.grid, s.rays.from_lamps, follows_lobes(tracer, s.gather), time
+        )
         sharing = Sharing(paths.aim, rays.count) if paths else None
         by = Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume, sharing)
         found = gather(by, rays, s.contact)

@@ -26,6 +26,11 @@ class MeshTracer:
     extent: mi.Float  # (1,) the largest coordinate in the scene [m]
     serial: int = 0  # of the scene that was loaded: recordings are good for one (`ddgi.replay`)
 
+    @property
+    def shining(self) -> bool:
+        """See `Tracer.shining`."""
+        return self.materials.any_specular
+
     def intersect(
         self, origin, direction, active, *, time: Clock, stream: int, coherent: bool = False, reach=None,
         bumps: bool = False,

@@ -16,6 +16,11 @@ class Tracer(Protocol):
     origin: mi.Point3d  # (1,) what positions count from, in the coordinates of the scene's file [m]
     extent: mi.Float  # (1,) no coordinate in the scene is larger [m]
 
+    @property
+    def shining(self) -> bool:
+        """Whether some surface is not matt as a whole."""
+        ...
+
     def intersect(
         self,
         origin: mi.Point3f,
