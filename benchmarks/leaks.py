@@ -21,7 +21,7 @@ from ddgi import frame  # isort: skip  # before Dr.Jit: it loads LLVM once
 import drjit as dr
 import mitsuba as mi
 
-from ddgi import IrradianceField, sampling
+from ddgi import IrradianceField
 from ddgi.backend import use_backend
 from ddgi.config import load_settings
 from ddgi.judge.compare import compare
@@ -61,7 +61,7 @@ def leak(scene: Scene, wall: float, settings: RenderSettings) -> tuple[float, fl
     """Mean and 99.9th percentile, over the sun's irradiance outside."""
     field = IrradianceField.fit(scene, settings)
     for tick in range(UPDATES):
-        field = frame.advance()(settings, scene.tracer, scene.lights, field, sampling.clock(0, tick))
+        field = frame.updated(scene, field, tick, settings)
         dr.eval(field)
     found = surfaces_in(scene, *sealed_room(wall))
     e = irradiance(field, query.Receiver.on(found), settings.volume, settings.query, scene.tracer)

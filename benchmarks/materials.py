@@ -21,9 +21,8 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.config import load_settings
-from ddgi.frame import advance
+from ddgi.frame import updated
 from ddgi.probes.field import IrradianceField
-from ddgi.sampling import clock
 from studies import RESULTS, machine
 
 MATERIALS, TEXELS = 40, 256
@@ -70,10 +69,9 @@ class Updates:
     def timed(self) -> float:
         """Milliseconds of one update."""
         self._tick += 1
-        time = clock(self._s.seed, self._tick)
         dr.sync_thread()
         start = perf_counter()
-        self.field = advance()(self._s, self._scene.tracer, self._scene.lights, self.field, time)
+        self.field = updated(self._scene, self.field, self._tick, self._s)
         dr.sync_thread()
         return (perf_counter() - start) * 1e3
 

@@ -10,8 +10,6 @@ from __future__ import annotations
 import json
 from typing import Any
 
-import numpy as np
-
 import ddgi
 from ddgi.judge.denoiser import denoise
 from ddgi.judge.leak import dark, leak
@@ -48,7 +46,7 @@ def row(name: str, scene: ddgi.Scene) -> dict[str, Any]:
         outcome = run(scene, trial, FRAMES)
         apart = difference(outcome.picture, truth)
         field = ddgi.IrradianceField.fit(scene, trial.settings).volumes[0].grid
-        moved = 0 if field.offset is None else (np.array(field.offset).reshape(-1, 4) != 0).any(-1).mean()
+        moved = (field.offsets() != 0).any(-1).mean()
         found[trial.name] = {
             "flip_mean": apart.flip_mean,
             "luminance_error": apart.luminance_error,

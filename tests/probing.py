@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.probes import formats, grid, query
+from ddgi.probes.awake import Awake
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.texel_fit import texel_fit
 from ddgi.probes.update import update
@@ -122,10 +123,11 @@ def hand_made(
     distances = with_gutter(whole(np.asarray(moments, np.float64), s.distance_size))
     return ProbeVolume(
         layout,
+        Awake(layout.size),
         formats.pack(formats.IRRADIANCE[s.irradiance_format], mi.Color3f(*_lanes(stored)), mi.Float(0.5)),
         formats.pack(formats.DISTANCE[s.distance_format], mi.Vector2f(*_lanes(distances)), mi.Float(0.5)),
         _radiance(np.asarray(radiance, np.float64), s),
-        dr.opaque(mi.UInt32, 1),
+        dr.opaque(mi.UInt32, 1, count),
         texel_fit(s.irradiance_size),
     )
 

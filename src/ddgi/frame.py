@@ -18,6 +18,7 @@ from ddgi.passes.gloss import mirrored
 from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import Picture, accumulate
 from ddgi.passes.shade import shade
+from ddgi.probes import states
 from ddgi.probes.bounce import Illumination
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
@@ -101,7 +102,7 @@ def render_frame(
             `query.sqrt_blending`, or `tick` is no whole number from 0 to 2^32 - 1.
     """
     time = _time(field, tick, settings)
-    field = advance()(settings, scene.tracer, scene.lights, field, time)
+    field = updated(scene, field, tick, settings)
     return field, _exposed(scene, field, camera, time, settings, previous)
 
 
@@ -149,6 +150,13 @@ def by_itself(settings: RenderSettings) -> RenderSettings:
 def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:
     """Whether a frame shows what the next one will, so that they may be averaged."""
     return previous.camera.same_view(camera) and bool(previous.picture.layers) == settings.picture.layers
+
+
+def updated(scene: Scene, field: IrradianceField, tick: int, settings: RenderSettings) -> IrradianceField:
+    """The field after an update, without a picture. Arguments as of `render_frame`."""
+    volumes = [states.attend(vol, scene.tracer, tick, settings) for vol in field.volumes]
+    field = replace(field, volumes=volumes)
+    return advance()(settings, scene.tracer, scene.lights, field, clock(settings.seed, tick))
 
 
 @cache

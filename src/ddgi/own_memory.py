@@ -19,3 +19,10 @@ def own(values: np.ndarray) -> mi.Float:
     )  # computed, so written to memory of its own; by way of a list it took seconds
     dr.make_opaque(table)
     return table
+
+
+def own_numbers(values: np.ndarray) -> mi.UInt32:
+    """Likewise a table of whole numbers, 0 or more."""
+    table = mi.UInt32(np.asarray(values).astype(np.uint32).ravel()) + dr.opaque(mi.UInt32, 0)
+    dr.make_opaque(table)
+    return table

@@ -11,7 +11,7 @@ from typing_extensions import Doc
 from ddgi.errors import SettingsError
 from ddgi.lighting import direct
 from ddgi.passes import gbuffer, gloss, picture, tone
-from ddgi.probes import blend, bounce, contact, grid, query, rays, relocation, volume
+from ddgi.probes import blend, bounce, contact, grid, query, rays, relocation, states, volume
 from ddgi.settings_group import settings_group
 
 
@@ -24,6 +24,7 @@ class RenderSettings:
     ] = 0
     grid: grid.Settings = grid.Settings()
     relocation: relocation.Settings = relocation.Settings()
+    states: states.Settings = states.Settings()
     volume: volume.Settings = volume.Settings()
     rays: rays.Settings = rays.Settings()
     gather: bounce.Settings = bounce.Settings()
@@ -70,6 +71,7 @@ _published = replace(
     rays=replace(_default.rays, from_lamps=0),
     gloss=gloss.Settings(bounces=0),
     relocation=relocation.Settings(method="off"),
+    states=states.Settings(method="off"),
 )
 
 _scale = replace(
@@ -78,6 +80,7 @@ _scale = replace(
     query=replace(_published.query, sqrt_blending=True),  # listing 2
     # 5. How near a front is near, it does not say.
     relocation=relocation.Settings(method="scale", iterations=5, clearance=0.15),
+    states=states.Settings(method="scale"),  # 6
 )
 
 _blog = replace(
@@ -100,7 +103,8 @@ _ctu = replace(
     _published,
     rays=replace(_published.rays, per_probe=64),  # 4.5: "64 rays per probe are usually enough"
     gather=replace(_published.gather, energy_preservation=0.85, back_face_distance=1.0),
-    blend=replace(_published.blend, long_distances="off"),
+    blend=replace(_published.blend, long_distances="off", growth=32),  # 6.1; it gives no number
+    states=states.Settings(method="ctu"),  # 6.1
     query=replace(
         _published.query,
         wrap="wrap",

@@ -3,7 +3,7 @@
 A new field fails here until `OTHER` says how it shows.
 """
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -14,6 +14,7 @@ from ddgi.errors import SettingsError
 from ddgi.frame import render_frame
 from ddgi.passes.tone import tone_map
 from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
+from ddgi.probes.states import attend
 from ddgi.probes.update import update
 from ddgi.sampling import clock
 from ddgi.settings import RenderSettings
@@ -39,6 +40,17 @@ MAPS = {
         0.95,
         {"relocation_method": "mff", "relocation_iterations": 6, "relocation_clearance": 0.5},
     ),
+    "states.method": ("off", {"grid_counts": (9, 9, 9)}),
+    "states.rays": (8, {"grid_counts": (9, 9, 9)}),
+    "states.every": (
+        0,
+        {"grid_counts": (9, 9, 9), "states_rays": 8, "states_every": 1, "states_look_rays": 512},
+    ),
+    "states.look_rays": (512, {"grid_counts": (9, 9, 9), "states_rays": 8, "states_every": 1}),
+    "states.alive": (
+        0,
+        {"states_method": "ctu", "states_every": 2, "states_look_rays": 1, "grid_counts": (9, 9, 9)},
+    ),
     "volume.irradiance_size": (4, {}),
     "volume.distance_size": (5, {}),
     "volume.irradiance_format": ("r11g11b10", {}),
@@ -55,6 +67,7 @@ MAPS = {
     "blend.hysteresis": (0.5, {"blend_warm_up": 0}),
     "blend.warm_up": (0, {}),
     "blend.recency": (1.0, {"blend_warm_up": 1}),
+    "blend.growth": (8, {"blend_warm_up": 0}),
     "blend.gamma": (3.0, {"blend_gamma": 1.0, "blend_warm_up": 0, "blend_hysteresis": 0.5}),
     "blend.sharpness": (5.0, {}),
     "blend.fit_texels": (False, {}),
@@ -146,6 +159,7 @@ def base(values):
 def maps(scene, s):
     field = IrradianceField.fit(scene, s)
     for tick in range(UPDATES):
+        field = replace(field, volumes=[attend(vol, scene.tracer, tick, s) for vol in field.volumes])
         field = update(scene.tracer, scene.lights, field, clock(s.seed, tick), s)
         dr.eval(field)
     layout = field.volumes[0].grid

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ddgi.probes import volume
+from ddgi.probes.awake import Awake
 from ddgi.probes.bounce import Illumination
 from ddgi.probes.directions import frame_directions
 from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
@@ -30,7 +31,7 @@ def inside(s, counts=COUNTS, half=0.5):
 
 def brought_back(scene, field, s, tick=0):
     time = clock(s.seed, tick)
-    rays = spawn(field.volumes[0].grid, time, s.rays)
+    rays = spawn(field.volumes[0].grid, field.volumes[0].awake, time, s.rays)
     return rays, gather(
         Illumination(
             scene.tracer, scene.lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume
@@ -47,7 +48,7 @@ def by_ray(x, s, probes=12):
 def test_rays_are_laid_out_ray_major():
     s = small(rays_per_probe=16)
     layout = lattice(COUNTS)
-    rays = spawn(layout, clock(0, 3), s.rays)
+    rays = spawn(layout, Awake(layout.size), clock(0, 3), s.rays)
     at = np.array(layout.position(dr.arange(mi.UInt32, 12)), np.float64).T
     looks = np.array(frame_directions(16, clock(0, 3)), np.float64).T
     assert np.allclose(by_ray(rays.origin, s), at[None], atol=1e-6)

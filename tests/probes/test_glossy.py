@@ -52,7 +52,7 @@ def world(**parts):
 def settled(scene, **more):
     """Mean maps over many updates, radiance and irradiance."""
     s = small(**{
-        "grid_counts": (2, 2, 2), "grid_box": ((-1, 0.05, -0.4), (1, 1.2, 1)), "relocation_method": "off",
+        "grid_counts": (2, 2, 2), "grid_box": ((-1, 0.05, -0.4), (1, 1.2, 1)), "relocation_method": "off", "states_method": "off",
         "contact_hits": 0.0, "gather_energy_preservation": 0.0, "blend_fit_texels": False,
         "blend_warm_up": 1, "blend_recency": 1.0, "blend_hysteresis": 0.9999, "direct_area": "field",
     } | more)  # fmt: skip

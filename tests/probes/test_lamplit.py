@@ -101,7 +101,7 @@ def seen_points(scene, s, tick=0):
     field, time = IrradianceField.fit(scene, s), clock(0, tick)
     vol = field.volumes[0]
     paths = lamplit.send(scene.tracer, scene.lights, vol.grid, s.rays.from_lamps, False, time)
-    return paths, lamplit.seen(scene.tracer, vol.grid, paths, s.rays.per_probe, time), vol.grid
+    return paths, lamplit.seen(scene.tracer, vol.grid, vol.awake, paths, s.rays.per_probe, time), vol.grid
 
 
 def test_no_point_is_brighter_than_what_is_there():

@@ -34,7 +34,7 @@ def limit_ms(scene: Scene, field: IrradianceField, s: RenderSettings) -> float:
 def _once(scene: Scene, field: IrradianceField, s: RenderSettings, tick: int) -> float:
     total = 0.0
     for vol in field.volumes:
-        ray = _probe_rays(spawn(vol.grid, clock(s.seed, tick), s.rays))
+        ray = _probe_rays(spawn(vol.grid, vol.awake, clock(s.seed, tick), s.rays))
         start = _synced(ray)
         hit = scene.mi_scene.ray_intersect_preliminary(ray, coherent=True)
         total += _synced(hit) - start

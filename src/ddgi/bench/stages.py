@@ -61,7 +61,7 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
     watch, time = Stopwatch(), clock(s.seed, 10_000)
     tracer, lights = scene.tracer, scene.lights
     for vol in steady.field.volumes:
-        rays = watch("spawn rays", spawn, vol.grid, time, s.rays)
+        rays = watch("spawn rays", spawn, vol.grid, vol.awake, time, s.rays)
         paths = sharing = points = None
         if s.rays.from_lamps and lights.delta.count:
             paths = watch(
@@ -74,15 +74,16 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
             Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume, sharing), rays, s.contact,
         )  # fmt: skip
         if paths:
-            points = watch("see lamplit points", lamplit.seen, tracer, vol.grid, paths, rays.count, time)
-        alpha = blending.hysteresis(vol.age, s.blend)
+            points = watch(
+                "see lamplit points", lamplit.seen, tracer, vol.grid, vol.awake, paths, rays.count, time
+            )
         watch(
             "blend irradiance", blending._blend_irradiance,
-            vol, found, points, alpha, time, s.volume, s.blend, s.query,
+            vol, found, points, time, s.volume, s.blend, s.query,
         )  # fmt: skip
         if s.volume.radiance_size:
-            watch("blend radiance", blending._blend_radiance, vol, found, points, alpha, time, s.volume)
-        watch("blend distance", blending._blend_distance, vol, found, alpha, time, s.volume, s.blend)
+            watch("blend radiance", blending._blend_radiance, vol, found, points, time, s.volume, s.blend)
+        watch("blend distance", blending._blend_distance, vol, found, time, s.volume, s.blend)
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
     shaded = watch(
         "light pixels", shade,

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import drjit as dr
 
-from ddgi.frame import Frame, advance, expose, render_frame, render_view
+from ddgi.frame import Frame, advance, expose, render_frame, render_view, updated
 from ddgi.probes.field import IrradianceField
-from ddgi.sampling import clock
 
 if TYPE_CHECKING:
     from ddgi.scene.scene import Scene
@@ -81,9 +80,7 @@ class _Run:
     def update(self) -> None:
         """The update half of `render_frame`."""
         self._tick += 1
-        scene = self._scene
-        time = clock(self._s.seed, self._tick)
-        self.field = advance()(self._s, scene.tracer, scene.lights, self.field, time)
+        self.field = updated(self._scene, self.field, self._tick, self._s)
 
     def picture(self) -> None:
         """The camera half of `render_frame`."""

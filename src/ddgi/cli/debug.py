@@ -10,7 +10,7 @@ from ddgi.cli.options import FILE, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
 
-VIEWS = ("probes", "offsets", "weights", "leak", "irradiance-atlas", "distance-atlas")
+VIEWS = ("probes", "offsets", "states", "weights", "leak", "irradiance-atlas", "distance-atlas")
 """As `ddgi.debug.views` has them, which takes long to load."""
 
 

@@ -21,6 +21,7 @@ COLUMNS = (
     "probe",
     "at",
     "moved",
+    "state",
     "trilinear",
     "wrap",
     "visible",
@@ -103,7 +104,7 @@ def _lines(found: Explanation) -> Iterator[str]:
 def _row(p: ProbeShare) -> tuple[str, ...]:
     return (
         f"{p.number}: {','.join(map(str, p.coordinates))}", _three(p.position),
-        _three(p.moved) if any(p.moved) else "-", f"{p.trilinear:.3f}", f"{p.wrap:.3f}", f"{p.visible:.3f}",
+        _three(p.moved) if any(p.moved) else "-", p.state, f"{p.trilinear:.3f}", f"{p.wrap:.3f}", f"{p.visible:.3f}",
         f"{p.crushed:.2g}", "yes" if p.sees else "no", f"{100 * p.share:.1f} %", _three(p.irradiance),
     )  # fmt: skip
 

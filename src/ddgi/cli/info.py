@@ -107,7 +107,9 @@ def _probes(volume: Volume) -> str:
     counts, spacing = "x".join(map(str, volume.counts)), " x ".join(f"{d:.3g}" for d in volume.spacing)
     low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in volume.box)
     moved = f"; {volume.moved:,} moved" if volume.moved else ""
-    return f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}{moved}"
+    idle = volume.probes - volume.awake
+    asleep = f"; {idle:,} see nothing they could light, and sleep" if idle else ""
+    return f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}{moved}{asleep}"
 
 
 def _faces(walls: Walls) -> str:

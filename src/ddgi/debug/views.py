@@ -14,9 +14,11 @@ from ddgi.debug.atlas import distance_atlas, irradiance_atlas
 from ddgi.debug.spheres import RADIUS, Hits, meet
 from ddgi.judge.false_colour import INFERNO, coloured, false_colour, scale_top
 from ddgi.judge.leak import leaked
+from ddgi.judge.lettering import written
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.passes import tone
 from ddgi.probes import query
+from ddgi.probes.awake import NAMES, VIGILANT
 from ddgi.scene.camera import camera_rays
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
@@ -27,6 +29,17 @@ AS_IT_IS = tone.Settings(exposure=0.0, curve="linear")
 DIMMED = 0.35
 """What is left of the picture behind what is drawn on it."""
 UNMOVED = (0.25, 0.35, 0.45)
+STATES = (
+    (0.9, 0.1, 0.1),  # off
+    (0.25, 0.35, 0.75),  # sleeping
+    (1.0, 0.8, 0.1),  # newly awake
+    (0.75, 1.0, 0.3),  # newly vigilant
+    (1.0, 0.5, 0.0),  # awake
+    (0.1, 0.8, 0.2),  # vigilant
+)
+"""Colours of the states of probes, by their code; sRGB."""
+SWATCH = 20
+"""Height of a line of the legend [pixels]."""
 PLACE = (1.0, 1.0, 1.0)
 """Colours of a probe in its place, and of the place of one that was moved; sRGB."""
 
@@ -69,6 +82,9 @@ def look(scene: Scene, settings: RenderSettings, frames: int, watch: Watch = NOB
 def probes(seen: Seen) -> np.ndarray:
     """The picture with its probes as white spheres, lit by what they hold."""
     hits, in_front = _visible(seen, RADIUS)
+    # Those that give none hold nothing, or what is long over.
+    gives_light = mi.Float(np.ascontiguousarray(seen.volume.grid.packets()[:, 3]))
+    in_front &= dr.gather(mi.Float, gives_light, hits.probe) > 0
     at = query.Receiver(seen.surface.position, hits.normal, hits.normal, in_front, seen.surface.position)
     alone = [(hits.probe, mi.Float(1))]
     (light,) = query.alone(seen.volume, at, alone, seen.settings.volume, seen.settings.query)
@@ -86,20 +102,41 @@ def offsets(seen: Seen) -> np.ndarray:
     colour = np.broadcast_to(np.array(UNMOVED), (grid.size, 3)).copy()
     moved = np.zeros(grid.size, bool)
     if grid.offset is not None:
-        apart = np.abs(np.array(grid.offset).reshape(-1, 4)[:, :3]) / np.ravel(grid.spacing)
+        apart = np.abs(grid.offsets()) / np.ravel(grid.spacing)
         moved = apart.any(-1)
         shares = 0.3 + 0.7 * np.clip(apart.max(-1) / limit, 0, 1)
         colour[moved] = coloured(shares[None, moved], INFERNO)[0]
     hits, in_front = _visible(seen, RADIUS)
-    picture = _dimmed(seen)
-    number, there = seen.picture(hits.probe), seen.picture(in_front)
-    shade = 0.5 + 0.5 * seen.picture(-dr.dot(hits.normal, seen.direction))[..., None]
-    picture = np.where(there[..., None], colour[number] * shade, picture)
+    picture, there = _spheres(seen, hits, in_front, colour), seen.picture(in_front)
     dots, before = _visible(seen, RADIUS / 3, places=True)
     left = seen.picture(before) & moved[seen.picture(dots.probe)]
     left &= ~(there & (seen.picture(hits.distance) < seen.picture(dots.distance)))
     picture[left] = PLACE
     return np.rint(picture * 255).astype(np.uint8)
+
+
+def states(seen: Seen) -> np.ndarray:
+    """The picture, dimmed, with probes coloured by their states, and a legend that counts them.
+
+    Raises:
+        DDGIError: Pillow is not installed.
+    """
+    vol = seen.volume
+    code = np.full(vol.grid.size, VIGILANT) if vol.states is None else np.array(vol.states.code)
+    picture = _spheres(seen, *_visible(seen, RADIUS), np.array(STATES)[code])
+    shown = [c for c in range(len(NAMES)) if (code == c).any()]
+    legend = np.zeros((SWATCH * len(shown), picture.shape[1], 3))
+    for line, c in enumerate(shown):
+        legend[line * SWATCH + 3 : (line + 1) * SWATCH - 3, 4:SWATCH] = STATES[c]
+    whole = np.rint(np.concatenate([picture, legend]) * 255).astype(np.uint8)
+    return written(
+        whole,
+        [
+            (SWATCH + 6, len(picture) + line * SWATCH + 2, f"{NAMES[c]}: {(code == c).sum():,}")
+            for line, c in enumerate(shown)
+        ],
+        (255, 255, 255),
+    )
 
 
 def weights(seen: Seen) -> np.ndarray:
@@ -137,6 +174,7 @@ def distance(seen: Seen) -> np.ndarray:
 VIEWS: dict[str, Callable[[Seen], np.ndarray]] = {
     "probes": probes,
     "offsets": offsets,
+    "states": states,
     "weights": weights,
     "leak": leak,
     "irradiance-atlas": irradiance,
@@ -152,6 +190,13 @@ def _visible(seen: Seen, radius: float, *, places: bool = False) -> tuple[Hits, 
     in_front = dr.isfinite(hits.distance) & (hits.distance < wall)
     dr.eval(hits, in_front)
     return hits, in_front
+
+
+def _spheres(seen: Seen, hits: Hits, in_front: mi.Bool, colour: np.ndarray) -> np.ndarray:
+    """The picture, dimmed, with probes in their colours. colour: (P, 3) sRGB; result: (H, W, 3) sRGB in [0, 1]."""
+    shade = 0.5 + 0.5 * seen.picture(-dr.dot(hits.normal, seen.direction))[..., None]
+    there = seen.picture(in_front)[..., None]
+    return np.where(there, colour[seen.picture(hits.probe)] * shade, _dimmed(seen))
 
 
 def _dimmed(seen: Seen) -> np.ndarray:

@@ -18,11 +18,12 @@ import numpy as np
 from ddgi import sampling
 from ddgi.box import Point
 from ddgi.errors import SettingsError
-from ddgi.frame import advance
+from ddgi.frame import updated
 from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
 from ddgi.probes import glossy, query
+from ddgi.probes.awake import NAMES
 from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
 from ddgi.probes.field import IrradianceField
 from ddgi.scene.camera import Camera, camera_rays
@@ -52,6 +53,7 @@ class ProbeShare:
     coordinates: tuple[int, int, int]  # in the grid
     position: Point  # where it stands, in the coordinates of the scene's file [m]
     moved: Point  # from its place in the grid [m]
+    state: str  # what it is doing (`ddgi.probes.awake.NAMES`)
     trilinear: float  # factors of the weight, in [0, 1]
     wrap: float
     visible: float  # what its distance map says (Chebyshev)
@@ -154,8 +156,7 @@ def _updated(scene: Scene, settings: RenderSettings, frames: int, watch: Watch) 
     """The field after some updates; nobody looks at pictures."""
     field = IrradianceField.fit(scene, settings)
     for tick in range(frames):
-        time = sampling.clock(settings.seed, tick)
-        field = advance()(settings, scene.tracer, scene.lights, field, time)
+        field = updated(scene, field, tick, settings)
         dr.eval(field)
         watch.step()
     return field
@@ -180,6 +181,7 @@ def _probes(
 ) -> list[ProbeShare]:
     vol, tracer = field.volumes[0], scene.tracer
     grid, s = vol.grid, settings.query
+    codes = None if vol.states is None else np.array(vol.states.code)
     found = query.factors(vol, at, settings.volume, s)
     shares = query.shares(vol, at, settings.volume, s, tracer)
     light = query.alone(vol, at, shares, settings.volume, s)
@@ -197,6 +199,7 @@ def _probes(
                 coordinates=tuple(int(c[0]) for c in grid.coordinates(number)),  # type: ignore[arg-type]
                 position=_point(stands, scene.origin),
                 moved=_point(stands - grid.place(number)),
+                state="vigilant" if codes is None else NAMES[codes[int(number[0])]],
                 trilinear=_number(near),
                 wrap=_number(wrap),
                 visible=_number(visible),

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ddgi.errors import SceneError
-from ddgi.frame import advance, render_frame
+from ddgi.frame import render_frame, updated
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
 from ddgi.passes.picture import Picture
 from ddgi.probes.field import IrradianceField
-from ddgi.sampling import clock
 from ddgi.scene.named_lights import find_light
 
 if TYPE_CHECKING:
@@ -141,7 +140,7 @@ def _converge(scene: Scene, s: RenderSettings, state: str, watch: Watch) -> _Ste
     s = replace(s, blend=replace(s.blend, warm_up=max(s.blend.warm_up, FULL_BOUNCES)))
     field = IrradianceField.fit(scene, s)
     for tick in range(CONVERGE - MEASURED):
-        field = advance()(s, scene.tracer, scene.lights, field, clock(s.seed, tick))
+        field = updated(scene, field, tick, s)
         watch.step()
     levels = []
     for tick in range(CONVERGE - MEASURED, CONVERGE):

@@ -7,7 +7,7 @@ matrix product, texel weights times ray values; the rest is a blend with the old
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import drjit as dr
@@ -18,6 +18,7 @@ from typing_extensions import Doc
 from ddgi import sampling
 from ddgi.extrema import at_least, at_most
 from ddgi.probes import formats, query, volume
+from ddgi.probes.awake import SLEEPING
 from ddgi.probes.directions import picked
 from ddgi.probes.gather import Gathered
 from ddgi.probes.lamplit import LamplitPoints
@@ -51,6 +52,13 @@ class Settings:
             "the n-th update of the running mean counts n^(recency - 1) times, as early ones lack bounces; 1: all alike"
         ),
     ] = 3.0
+    growth: Annotated[
+        int,
+        Interval(ge=0, le=10_000),
+        Doc(
+            "updates in which hysteresis rises from 0 to its value, as their logarithm (CTU 6.1); 0: as a running mean's, or at once"
+        ),
+    ] = 0
     gamma: Annotated[
         float,
         Interval(ge=1, le=16),
@@ -82,57 +90,116 @@ def blend(
     s: Settings,
     q: query.Settings,
 ) -> ProbeVolume:
-    """The volume after one update."""
-    alpha = hysteresis(vol.age, s)
-    return replace(
-        vol,
-        irradiance=_blend_irradiance(vol, found, points, alpha, time, layout, s, q),
-        distance=_blend_distance(vol, found, alpha, time, layout, s),
-        radiance=_blend_radiance(vol, found, points, alpha, time, layout) if layout.radiance_size else None,
-        age=vol.age + 1,
-    )
+    """The volume after one update of the probes that are awake; the others keep what they have."""
+    maps = {
+        "irradiance": _blend_irradiance(vol, found, points, time, layout, s, q),
+        "distance": _blend_distance(vol, found, time, layout, s),
+    }
+    if layout.radiance_size:
+        maps["radiance"] = _blend_radiance(vol, found, points, time, layout, s)
+    states = vol.states.updated() if vol.states is not None else None
+    return replace(vol, **maps, age=_older(vol, s), states=states)
+
+
+def _older(vol: ProbeVolume, s: Settings) -> mi.UInt32:
+    """Ages after an update. (P,). With `growth`, sleepers that were updated get younger: their hysteresis falls again (CTU 6.1)."""
+    if vol.awake.numbers is None and vol.states is None:
+        return vol.age + 1
+    probe = vol.awake.probe(dr.arange(mi.UInt32, vol.awake.count))
+    age = dr.gather(mi.UInt32, vol.age, probe)
+    after = age + 1
+    if vol.states is not None and s.growth:
+        asleep = dr.gather(mi.UInt32, vol.states.code, probe) <= SLEEPING
+        after = dr.select(asleep, dr.select(age > 1, age, 2) - 1, after)
+    ages = mi.UInt32(vol.age)
+    dr.scatter(ages, after, probe, mode=dr.ReduceMode.Permute)
+    return ages
 
 
 def hysteresis(age: mi.UInt32, s: Settings) -> mi.Float:
-    """Share of the old value at the update number `age`, counted from zero. (1,)."""
+    """Share of the old value at the update number `age` of a probe, counted from zero. (N,)."""
+    known = mi.Float(mi.Int32(age) - s.warm_up) + 1  # the last update of the warm-up is the mean's first
+    if s.growth:
+        share = dr.log(at_least(known, 1)) * (s.hysteresis / math.log(1 + s.growth))
+        return at_most(share, mi.Float(s.hysteresis))
     if s.warm_up == 0:
         return dr.select(age == 0, mi.Float(0), mi.Float(s.hysteresis))
-    known = mi.Float(mi.Int32(age) - s.warm_up) + 1  # the last update of the warm-up is the mean's first
     return dr.select(known < 1, 0, at_most(known / (known + s.recency), mi.Float(s.hysteresis)))
 
 
-def _blend_irradiance(vol, found, points, alpha, time, layout, s, q):
+@dataclass
+class _Texels:
+    """The texels of the bordered maps of A probes that are awake, lane by lane. (A (size + 2)^2,) each."""
+
+    place: mi.UInt32  # of the probe in the list of those awake
+    source: mi.UInt32  # the interior texel that a texel shows
+    old: mi.UInt32  # where its value lay before, of all P probes: borders are read from where they come
+    new: mi.UInt32 | None  # where it goes; None: there are no others
+    age: mi.UInt32  # of the probe
+
+    @staticmethod
+    def of(vol: ProbeVolume, size: int) -> _Texels:
+        """Those of maps with size^2 interior texels."""
+        area = (size + 2) ** 2
+        lane = dr.arange(mi.UInt32, vol.awake.count * area)
+        place = lane // area
+        within = lane - place * area
+        probe, source = vol.awake.probe(place), interior(within, size)
+        new = None if vol.awake.numbers is None else probe * area + within
+        return _Texels(
+            place, source, probe * area + bordered(source, size), new, dr.gather(mi.UInt32, vol.age, probe)
+        )
+
+    def before(self, fmt: formats.Format, store):
+        """What they held before the update."""
+        return formats.read(fmt, store, self.old, mi.Bool(True))
+
+    def stored(self, fmt: formats.Format, store, value, dither: mi.Float):
+        """The maps of all probes with the texels' new values."""
+        packed = fmt.encode(value, dither)
+        if self.new is None:
+            return dr.ravel(packed)
+        kept = type(store)(store)
+        dr.scatter(kept, packed, self.new, mode=dr.ReduceMode.Permute)
+        return kept
+
+
+def _blend_irradiance(vol, found, points, time, layout, s, q):
     size, fmt = layout.irradiance_size, formats.IRRADIANCE[layout.irradiance_format]
     weights = _weights(size, found.directions, 1)
-    lane = dr.arange(mi.UInt32, vol.grid.size * (size + 2) ** 2)
-    mean = _mean_radiance(vol, found, points, weights, 1, lane, vol.texel_fit if s.fit_texels else None)
+    texels = _Texels.of(vol, size)
+    mean = _mean_radiance(vol, found, points, weights, 1, texels, vol.texel_fit if s.fit_texels else None)
     mean = at_least(mean, 0)  # fitted weights go a little below zero
-    old = _old(fmt, vol.irradiance, size, lane)
+    old = texels.before(fmt, vol.irradiance)
     # Blend S^(1/gamma); the map holds S^k.
     k = query.lookup_exponent(q)
+    alpha = hysteresis(texels.age, s)
     mixed = dr.lerp(_power(mean, 1 / s.gamma), _power(old, 1 / (s.gamma * k)), alpha)
-    return formats.pack(fmt, _power(mixed, s.gamma * k), _dither(fmt, 16, time, lane, 0))
+    value = _power(mixed, s.gamma * k)
+    return texels.stored(fmt, vol.irradiance, value, _dither(fmt, 16, time, texels, 0))
 
 
-def _blend_radiance(vol, found, points, alpha, time, layout):
+def _blend_radiance(vol, found, points, time, layout, s):
     """Radiance as it arrives, in lobes as wide as a texel: a mean that nothing bends."""
     size, fmt = layout.radiance_size, formats.IRRADIANCE[layout.irradiance_format]
     # A lobe cos^n has 2 pi / (n + 1) of solid angle, a texel 4 pi / size^2.
     sharpness = max(1.0, size * size / 2 - 1)
     weights = _weights(size, found.directions, sharpness)
-    lane = dr.arange(mi.UInt32, vol.grid.size * (size + 2) ** 2)
-    mean = _mean_radiance(vol, found, points, weights, sharpness, lane)
-    old = _old(fmt, vol.radiance, size, lane)
-    seen = dr.gather(mi.Float, dr.sum(weights, axis=1).array, _source_texel(lane, size)[1]) > SMALLEST_WEIGHT
-    mixed = dr.select(seen, dr.lerp(mean, old, alpha), old)
+    texels = _Texels.of(vol, size)
+    mean = _mean_radiance(vol, found, points, weights, sharpness, texels)
+    old = texels.before(fmt, vol.radiance)
+    seen = dr.gather(mi.Float, dr.sum(weights, axis=1).array, texels.source) > SMALLEST_WEIGHT
+    mixed = dr.select(seen, dr.lerp(mean, old, hysteresis(texels.age, s)), old)
     mixed = at_least(mixed, 0)  # few samples of what is near may take away more than there is
-    return formats.pack(fmt, mixed, _dither(fmt, 16, time, lane, 2))
+    return texels.stored(fmt, vol.radiance, mixed, _dither(fmt, 16, time, texels, 2))
 
 
-def _mean_radiance(vol, found, points, weights, sharpness, lane, fit: TexelFit | None = None) -> mi.Color3f:
-    """Weighted means of what rays and points brought, for the texels of the bordered maps. (P (size + 2)^2,)."""
-    probes, texels = vol.grid.size, weights.shape[0]
-    size = math.isqrt(texels)
+def _mean_radiance(
+    vol, found, points, weights, sharpness, texels: _Texels, fit: TexelFit | None = None
+) -> mi.Color3f:
+    """Weighted means of what rays and points brought, for the texels of bordered maps. (A (size + 2)^2,)."""
+    probes, count = vol.awake.count, weights.shape[0]
+    size = math.isqrt(count)
     weight = at_least(dr.sum(weights, axis=1), SMALLEST_WEIGHT)
     shares = weights / weight[:, None]
     sums = _weighted_sums(fit.apply(shares) if fit else shares, dr.ravel(found.radiance), 3, probes)
@@ -140,38 +207,30 @@ def _mean_radiance(vol, found, points, weights, sharpness, lane, fit: TexelFit |
         # On top of the rays, so divided by what the rays' weights come to; on average, as the mean of one
         # over a sum that varies is more than one over its mean. That of cos^n over all directions is 1 / (2 n + 2).
         even = 2 * (sharpness + 1) / weights.shape[1]
-        more = mi.TensorXf(points.weighted_sums(size, sharpness) * even, (3 * probes, texels))
+        more = mi.TensorXf(points.weighted_sums(size, sharpness) * even, (3 * probes, count))
         sums = sums + (fit.apply_to_maps(more) if fit else more).array
-    probe, texel = _source_texel(lane, size)
-    return mi.Color3f([dr.gather(mi.Float, sums, (probe * 3 + c) * texels + texel) for c in range(3)])
+    return mi.Color3f(
+        [dr.gather(mi.Float, sums, (texels.place * 3 + c) * count + texels.source) for c in range(3)]
+    )
 
 
-def _old(fmt: formats.Format, store, size: int, lane: mi.UInt32):
-    """What bordered maps held before: their borders are read from where they came. (P (size + 2)^2,)."""
-    probe, texel = _source_texel(lane, size)
-    return formats.read(fmt, store, probe * (size + 2) ** 2 + bordered(texel, size), mi.Bool(True))
-
-
-def _blend_distance(vol, found, alpha, time, layout, s):
+def _blend_distance(vol, found, time, layout, s):
     size, fmt = layout.distance_size, formats.DISTANCE[layout.distance_format]
-    probes, texels = vol.grid.size, size * size
     weights = _weights(size, found.directions, s.sharpness)
     channels = _distance_channels(found.distance, s)
-    sums = _weighted_sums(weights, dr.ravel(channels), len(channels), probes)
-
-    lane = dr.arange(mi.UInt32, probes * (size + 2) ** 2)
-    probe, texel = _source_texel(lane, size)
-    column = [
-        dr.gather(mi.Float, sums, (probe * len(channels) + c) * texels + texel) for c in range(len(channels))
-    ]
+    many = len(channels)
+    sums = _weighted_sums(weights, dr.ravel(channels), many, vol.awake.count)
+    texels = _Texels.of(vol, size)
+    first = texels.place * (many * size * size) + texels.source
+    column = [dr.gather(mi.Float, sums, first + c * size * size) for c in range(many)]
     # Without a mask all rays count, so the weights' sum is the same for all probes.
-    weight = column[2] if len(channels) == 3 else dr.gather(mi.Float, dr.sum(weights, axis=1).array, texel)
+    weight = column[2] if many == 3 else dr.gather(mi.Float, dr.sum(weights, axis=1).array, texels.source)
     new = mi.Vector2f(column[0], column[1]) / at_least(weight, 1e-12)
-    old = _old(fmt, vol.distance, size, lane)
+    old = texels.before(fmt, vol.distance)
     # A texel that no ray came near keeps its old value; with none, nothing is near.
-    nothing = dr.select(vol.age == 0, mi.Vector2f(1), old)
-    moments = dr.select(weight > SMALLEST_WEIGHT, dr.lerp(new, old, alpha), nothing)
-    return formats.pack(fmt, moments, _dither(fmt, 8, time, lane, 1))
+    nothing = dr.select(texels.age == 0, mi.Vector2f(1), old)
+    moments = dr.select(weight > SMALLEST_WEIGHT, dr.lerp(new, old, hysteresis(texels.age, s)), nothing)
+    return texels.stored(fmt, vol.distance, moments, _dither(fmt, 8, time, texels, 1))
 
 
 SMALLEST_WEIGHT = 1e-7
@@ -212,16 +271,10 @@ def _weighted_sums(weights: mi.TensorXf, values: mi.Float, channels: int, probes
     return dr.matmul(table, weights, At=True, Bt=True).array
 
 
-def _source_texel(lane: mi.UInt32, size: int) -> tuple[mi.UInt32, mi.UInt32]:
-    """Probe of a bordered texel, and the interior texel it shows."""
-    area = (size + 2) ** 2
-    probe = lane // area
-    return probe, interior(lane - probe * area, size)
-
-
-def _dither(fmt: formats.Format, exact_bytes: int, time: Clock, lane: mi.UInt32, which: int) -> mi.Float:
+def _dither(fmt: formats.Format, exact_bytes: int, time: Clock, texels: _Texels, which: int) -> mi.Float:
     if fmt.bytes == exact_bytes:
         return mi.Float(0)
+    lane = dr.arange(mi.UInt32, dr.width(texels.place))
     return uniform_2d(time, sampling.ROUNDING, lane * 3 + which).x
 
 

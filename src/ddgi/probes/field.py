@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ import numpy as np
 from ddgi.backend import use_backend
 from ddgi.box import Box, moved
 from ddgi.errors import SettingsError
-from ddgi.probes import formats, grid, query, region, relocation, sight, volume, walls
+from ddgi.probes import formats, grid, query, region, relocation, sight, states, volume, walls
 from ddgi.probes.volume import ProbeVolume
 from ddgi.trace.tracer import Tracer
 
@@ -57,6 +58,7 @@ class IrradianceField:
         layout = relocation.relocate(scene.tracer, layout, seen, settings.relocation)
         open_ways = sight.look(scene.tracer, layout)
         vol = replace(vol, grid=layout, exponent=query.lookup_exponent(settings.query), sight=open_ways)
+        vol = states.classify(vol, scene.tracer, seen, settings.states)
         return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
 
     def check(self, settings: RenderSettings) -> None:
@@ -77,12 +79,26 @@ class IrradianceField:
         """Number of probes in all volumes."""
         return sum(v.grid.size for v in self.volumes)
 
+    def wake(self, scene: Scene, boxes: Sequence[Box], settings: RenderSettings) -> IrradianceField:
+        """The field with the probes around things that move awake; those that woke for what is not there sleep again.
+
+        Args:
+            scene: That the field was fitted for.
+            boxes: Low and high corners around the things [m], in the coordinates of the scene's file.
+            settings: Those of the frames.
+        """
+        x, y, z = scene.origin
+        here = [moved(box, (-x, -y, -z)) for box in boxes]
+        return replace(self, volumes=[states.wake(vol, here, settings) for vol in self.volumes])
+
     def reset(self) -> IrradianceField:
         """The same field warming up again: after a change too large for hysteresis to follow.
 
         Old light stays visible until the first update replaces it.
         """
-        return replace(self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0)) for v in self.volumes])
+        return replace(
+            self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0, v.grid.size)) for v in self.volumes]
+        )
 
 
 def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:

@@ -22,11 +22,11 @@ from ddgi.trace.surface import Surface, matt_bounce
 
 @dataclass
 class Gathered:
-    """What R P rays brought back, in the lane order of `ProbeRays`."""
+    """What R rays of each of A probes brought back, in the lane order of `ProbeRays`."""
 
     directions: mi.Vector3f  # (R,)
-    radiance: mi.Color3f  # (R P,) finite
-    distance: mi.Float  # (R P,) in reach units; infinite where nothing was hit
+    radiance: mi.Color3f  # (R A,) finite
+    distance: mi.Float  # (R A,) in reach units; infinite where nothing was hit
     non_finite: mi.UInt32  # (1,) rays whose radiance was not a number, counted as black
 
 
@@ -40,7 +40,7 @@ def gather(by: Illumination, rays: ProbeRays, s: contact.Settings) -> Gathered:
         radiance, distance, bad = _brought_back(by, rays.origin, rays.direction)
         dr.eval(radiance, distance, bad)  # one kernel: each later use alone would trace the rays again
         return Gathered(rays.directions, radiance, distance, bad)
-    every, probes, bad = min(s.every, rays.count), by.vol.grid.size, mi.UInt32(0)
+    every, probes, bad = min(s.every, rays.count), by.vol.awake.count, mi.UInt32(0)
     few = rays.count // every
     radiance, distance = dr.empty(mi.Color3f, rays.count * probes), dr.empty(mi.Float, rays.count * probes)
     for first, last, near in ((0, few, s.hits), (few, rays.count, 0.0)):
@@ -48,13 +48,13 @@ def gather(by: Illumination, rays: ProbeRays, s: contact.Settings) -> Gathered:
             continue
         lane = dr.arange(mi.UInt32, first * probes, last * probes)
         turn = lane // probes
-        ray, probe = contact.in_turn(turn, few, every, by.time), lane - turn * probes
+        ray, place = contact.in_turn(turn, few, every, by.time), lane - turn * probes
         # Lanes are counted from zero in both, and random numbers by lanes.
         lit = replace(by, time=sampling.apart(by.time)) if near else by
-        origin, direction = by.vol.grid.position(probe), picked(rays.directions, ray)
+        origin, direction = by.vol.grid.position(by.vol.awake.probe(place)), picked(rays.directions, ray)
         light, length, wrong = _brought_back(lit, origin, direction, near, rays.count / few)
-        dr.scatter(radiance, light, ray * probes + probe, mode=dr.ReduceMode.Permute)
-        dr.scatter(distance, length, ray * probes + probe, mode=dr.ReduceMode.Permute)
+        dr.scatter(radiance, light, ray * probes + place, mode=dr.ReduceMode.Permute)
+        dr.scatter(distance, length, ray * probes + place, mode=dr.ReduceMode.Permute)
         dr.eval(radiance, distance, wrong)
         bad += wrong
     return Gathered(rays.directions, radiance, distance, bad)

@@ -20,6 +20,7 @@ from typing_extensions import Doc
 from ddgi.box import Box
 from ddgi.errors import SettingsError
 from ddgi.extrema import at_most
+from ddgi.own_memory import own
 from ddgi.probes.walls import Walls, best_margins
 from ddgi.settings_group import settings_group
 
@@ -59,9 +60,8 @@ class ProbeGrid:
     counts: tuple[int, int, int]
     origin: mi.Point3f  # (1,) position of probe 0 [m]
     spacing: mi.Vector3f  # (1,) [m]
-    offset: mi.Float | None = (
-        None  # (4 P,) x y z from each place to where its probe stands [m], unused; None: all are there
-    )
+    # (4 P,) x y z from each place to where its probe stands [m], then 1 if it gives light, else 0; None: all are there and do
+    offset: mi.Float | None = None
 
     @property
     def size(self) -> int:
@@ -85,11 +85,26 @@ class ProbeGrid:
 
     def moved_by(self, offset: np.ndarray) -> ProbeGrid:
         """The grid with its probes elsewhere. offset: (P, 3) from their places [m]."""
-        if not offset.any():
+        return self._with(offset, self.packets()[:, 3])
+
+    def giving_light(self, which: np.ndarray) -> ProbeGrid:
+        """The grid of which only some probes give light. which: (P,) bool."""
+        return self._with(self.packets()[:, :3], which)
+
+    def _with(self, offset: np.ndarray, gives_light: np.ndarray) -> ProbeGrid:
+        if not offset.any() and gives_light.all():
             return replace(self, offset=None)
-        packets = np.zeros((self.size, 4), np.float32)
-        packets[:, :3] = offset
-        return replace(self, offset=mi.Float(packets.ravel()))
+        return replace(self, offset=own(np.concatenate([offset, gives_light[:, None]], 1)))
+
+    def packets(self) -> np.ndarray:
+        """`offset` as an array, whether it is there or not. (P, 4)."""
+        if self.offset is None:
+            return np.tile(np.array([0, 0, 0, 1], np.float32), (self.size, 1))
+        return np.array(self.offset).reshape(-1, 4)
+
+    def offsets(self) -> np.ndarray:
+        """From places to where probes stand [m]. (P, 3)."""
+        return self.packets()[:, :3]
 
     def place(self, probe: mi.UInt32) -> mi.Point3f:
         """Where the grid has probes [m]. probe: (N,) numbers below P."""
@@ -105,12 +120,12 @@ class ProbeGrid:
         """From their places to where probes stand [m]; `offset` is there. probe: (N,) numbers below P."""
         return mi.Vector3f(dr.gather(mi.Vector4f, self.offset, probe, active).xyz)
 
-    def moved_around(self, first: mi.UInt32, active: mi.Bool) -> list[mi.Vector3f] | None:
-        """`moved` of the eight probes of cells, 8 x (N,); None if none is. first: (N,) the cells' first probes."""
+    def around(self, first: mi.UInt32, active: mi.Bool) -> list[mi.Vector4f] | None:
+        """`offset` of the eight probes of cells, 8 x (N,), if it is there. first: (N,) the cells' first probes."""
         if self.offset is None:
             return None
         numbers = [first + self.number(k & 1, k >> 1 & 1, k >> 2 & 1) for k in range(8)]
-        return [self.moved(number, active) for number in numbers]
+        return [dr.gather(mi.Vector4f, self.offset, number, active) for number in numbers]
 
     def coordinates(self, probe: mi.UInt32) -> tuple[mi.UInt32, mi.UInt32, mi.UInt32]:
         """Grid coordinates x, y, z of probes. probe: (N,) numbers below P."""

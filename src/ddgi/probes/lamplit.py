@@ -18,6 +18,7 @@ from ddgi.lighting.guard import finite
 from ddgi.lighting.lamp_cells import Disc
 from ddgi.lighting.light_paths import Aim, Landed
 from ddgi.lighting.lights import DeltaLight, Lights
+from ddgi.probes.awake import Awake
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.octahedral import texel_direction
 from ddgi.sampling import Clock
@@ -38,15 +39,15 @@ class LampPaths:
 
 @dataclass
 class LamplitPoints:
-    """S points as each of P probes sees them; number = probe * S + point."""
+    """S points as each of A probes that are awake sees them; number = place in the list of those * S + point."""
 
     count: int  # S
-    direction: mi.Float  # (4 P S,) x y z, unit, from the probe; unused
-    radiance: mi.Float  # (4 P S,) r g b, as of a ray; unused
+    direction: mi.Float  # (4 A S,) x y z, unit, from the probe; unused
+    radiance: mi.Float  # (4 A S,) r g b, as of a ray; unused
     non_finite: mi.UInt32  # (1,) values that were not numbers, counted as black
 
     def weighted_sums(self, size: int, sharpness: float) -> mi.Float:
-        """Sums of max(0, cos)^sharpness times radiance, for every texel. Flat (P, 3, size^2)."""
+        """Sums of max(0, cos)^sharpness times radiance, for every texel. Flat (A, 3, size^2)."""
         texels = size * size
         probes = dr.width(self.direction) // (4 * self.count)
         lane = dr.arange(mi.UInt32, probes * texels)
@@ -128,22 +129,26 @@ def send(
     return LampPaths(aim, landed)
 
 
-def seen(tracer: Tracer, grid: ProbeGrid, paths: LampPaths, rays: int, time: Clock) -> LamplitPoints:
+def seen(
+    tracer: Tracer, grid: ProbeGrid, awake: Awake, paths: LampPaths, rays: int, time: Clock
+) -> LamplitPoints:
     """The points where paths landed, as each probe sees those of its set.
 
     Args:
         tracer: Says whether it sees them.
         grid: Where the probes stand.
+        awake: Those that are asked about.
         paths: `SETS` times as many as a probe sees.
         rays: That each probe has beside.
         time: Moves on to the next set.
     """
     count = paths.aim.count // SETS
-    lane = dr.arange(mi.UInt32, grid.size * count)
-    probe = lane // count
+    lane = dr.arange(mi.UInt32, awake.count * count)
+    place = lane // count
+    probe = awake.probe(place)
     x, y, z = grid.coordinates(probe)
     chosen = ((x & 1) + 2 * (y & 1) + 4 * (z & 1) + time.tick) % SETS
-    landed = dr.gather(Landed, paths.landed, chosen * count + lane - probe * count)
+    landed = dr.gather(Landed, paths.landed, chosen * count + lane - place * count)
     surface, density = landed.surface, landed.density * (1 / SETS)
 
     to_probe = grid.position(probe) - surface.position

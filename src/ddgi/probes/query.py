@@ -8,6 +8,7 @@ is left. Each can be switched off by itself (CTU Fig. 7.1 adds them one by one).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Literal, TypeAlias
 
 import drjit as dr
@@ -17,6 +18,8 @@ from typing_extensions import Doc
 
 from ddgi.extrema import at_least, at_most, clamp
 from ddgi.probes import formats, sight, trilinear, volume
+from ddgi.probes.awake import States
+from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.octahedral import direction_to_square, texel_at
 from ddgi.probes.volume import ProbeVolume
 from ddgi.settings_group import settings_group
@@ -194,12 +197,34 @@ def shares(
         first, weights = dr.if_stmt(
             (ahead, tap), (total < sight.LOST) & at.active, elsewhere, lambda *_: (first, weights)
         )
-    scale = dr.rcp(at_least(sum(weights), 1e-20))
-    grid = vol.grid
-    return [
-        (first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1), weight * scale)
-        for k, weight in enumerate(weights)
-    ]
+    numbers = [first + vol.grid.number(k & 1, k >> 1 & 1, k >> 2 & 1) for k in range(8)]
+    total = sum(weights)
+    if vol.states is not None:
+        none = (total <= 0) & at.active
+        numbers, weights = dr.if_stmt(
+            (at.position, numbers, weights),
+            none,
+            partial(_stood_in, vol.grid, vol.states),
+            lambda _, numbers, weights: (numbers, weights),
+        )
+        total = dr.select(none, sum(weights), total)
+    scale = dr.rcp(at_least(total, 1e-20))
+    return [(number, weight * scale) for number, weight in zip(numbers, weights, strict=True)]
+
+
+def _stood_in(grid: ProbeGrid, states: States, position: mi.Point3f, *_):
+    """Probes and weights of points that no probe counts for: if none of theirs gives light, the nearest that do stand in.
+
+    If some do, and are hidden, it is dark there.
+    """
+    base, place = _cell(grid, position)
+    first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
+    own = [first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1) for k in range(8)]
+    stand_ins = [dr.gather(mi.UInt32, states.stand_in, number) for number in own]
+    idle = mi.Bool(True)
+    for number, stand_in in zip(own, stand_ins, strict=True):
+        idle &= stand_in != number
+    return stand_ins, [dr.select(idle, near, 0) for near in trilinear.regular(place)]
 
 
 def _judges_sight(vol: ProbeVolume, s: Settings) -> bool:
@@ -250,7 +275,7 @@ class Factors:
     corner: mi.Vector3f  # (N,) from the point to its place [m]
     ahead: mi.Float  # how far the point is moved towards its viewer for visibility [m]
     ways: list[mi.Vector3f]  # from the point to each probe [m]
-    near: list[mi.Float]  # trilinear weights
+    near: list[mi.Float]  # trilinear weights; 0 of those that give no light
     wrap: list[mi.Float]  # for the angle to the surface
     visible: list[mi.Float]  # what their distance maps say
 
@@ -272,7 +297,8 @@ def factors(
     shift = at.normal * off + at.to_viewer * ahead
     first = grid.number(*(mi.UInt32(base[i]) for i in range(3)))
     unit = dr.rcp(vol.reach(layout))
-    moved = grid.moved_around(first, at.active)
+    around = grid.around(first, at.active)
+    moved = None if around is None else [mi.Vector3f(a.xyz) for a in around]
     ways = _ways(grid, corner, moved)
     visible = [mi.Float(1)] * 8
     if s.visibility:
@@ -280,7 +306,10 @@ def factors(
             probe = first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1)
             visible[k] = _visibility(vol, probe, shift - way, unit, at.active, layout, s, tap)
     wrap = [_wrap(way, at.normal, s) for way in ways]
-    return Factors(first, base, corner, ahead, ways, _near(grid, place, moved, s), wrap, visible)
+    near = _near(grid, place, moved, s)
+    if around is not None:
+        near = [n * a.w for n, a in zip(near, around, strict=True)]
+    return Factors(first, base, corner, ahead, ways, near, wrap, visible)
 
 
 def _ways(grid, corner, moved) -> list[mi.Vector3f]:
@@ -289,7 +318,7 @@ def _ways(grid, corner, moved) -> list[mi.Vector3f]:
     Args:
         grid: Of the probes.
         corner: (N,) from the points to the cell's first place [m].
-        moved: As of `ProbeGrid.moved_around`.
+        moved: 8 x (N,) from the places to where the probes stand [m]; None: they stand there.
     """
     # They share their coordinates along each axis in fours: two values an axis.
     sides = [(corner[i], corner[i] + grid.spacing[i]) for i in range(3)]

@@ -88,6 +88,16 @@ def find(tracer: Tracer, grid: ProbeGrid, seen: Seen) -> Receivers | None:
     return Receivers(start, normal, mi.Float(near.astype(np.float32).ravel()))
 
 
+def served(tracer: Tracer, grid: ProbeGrid, seen: Seen) -> np.ndarray:
+    """Which probes, where they stand, see a point that reads them. (P,)."""
+    receivers = find(tracer, grid, seen)
+    if receivers is None:
+        return np.zeros(grid.size, bool)
+    search = _Search(tracer, grid, receivers, np.zeros(3, np.float32), 0.0)
+    probes = np.arange(grid.size)
+    return np.any(search.counted(probes, grid.offsets()) > 0, axis=-1)
+
+
 def place(
     tracer: Tracer, grid: ProbeGrid, seen: Seen, limit: float, clearance: float, iterations: int
 ) -> np.ndarray:

@@ -24,6 +24,7 @@ class Surroundings:
     directions: np.ndarray  # (R, 3) unit
     distance: np.ndarray  # (R, P) [m]; infinite where nothing was met
     back: np.ndarray  # (R, P) bool: a surface seen from behind
+    lit: np.ndarray  # (R, P) bool: a surface that can reflect light, from this side
 
     @property
     def behind(self) -> np.ndarray:
@@ -59,8 +60,8 @@ def look_around(tracer: Tracer, position: np.ndarray, rays: int, turn: Clock | N
     dr.eval(directions)
     chunk = max(1, AT_ONCE // rays)
     parts = [_look(tracer, position[i : i + chunk], directions, rays) for i in range(0, len(position), chunk)]
-    distance, back = (np.concatenate([part[i] for part in parts], axis=1) for i in range(2))
-    return Surroundings(np.array(directions).T, distance, back)
+    distance, back, lit = (np.concatenate([part[i] for part in parts], axis=1) for i in range(3))
+    return Surroundings(np.array(directions).T, distance, back, lit)
 
 
 def _look(tracer: Tracer, position: np.ndarray, directions: mi.Vector3f, rays: int):
@@ -72,6 +73,6 @@ def _look(tracer: Tracer, position: np.ndarray, directions: mi.Vector3f, rays: i
         start, picked(directions, ray), mi.Bool(True), time=sampling.clock(0, 0), stream=sampling.PLACEMENT,
         coherent=True,
     )  # fmt: skip
-    dr.eval(surface.distance, surface.front, surface.valid)
-    back = np.array(surface.valid & ~surface.front)
-    return np.array(surface.distance).reshape(rays, count), back.reshape(rays, count)
+    back, lit = surface.valid & ~surface.front, surface.lit
+    dr.eval(surface.distance, back, lit)
+    return tuple(np.array(x).reshape(rays, count) for x in (surface.distance, back, lit))

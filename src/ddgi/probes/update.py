@@ -26,14 +26,14 @@ def update(
     """Advance every volume by one update; light travels one bounce further."""
     volumes, non_finite = [], field.non_finite
     for vol in field.volumes:
-        rays = spawn(vol.grid, time, s.rays)
+        rays = spawn(vol.grid, vol.awake, time, s.rays)
         paths = lamplit.send(
             tracer, lights, vol.grid, s.rays.from_lamps, follows_lobes(tracer, s.gather), time
         )
         sharing = Sharing(paths.aim, rays.count) if paths else None
         by = Illumination(tracer, lights, vol, time, s.gather, s.direct, s.query, s.volume, sharing)
         found = gather(by, rays, s.contact)
-        points = lamplit.seen(tracer, vol.grid, paths, rays.count, time) if paths else None
+        points = lamplit.seen(tracer, vol.grid, vol.awake, paths, rays.count, time) if paths else None
         volumes.append(blend(vol, found, points, time, s.volume, s.blend, s.query))
         non_finite = non_finite + found.non_finite + (points.non_finite if points else 0)
     return replace(field, volumes=volumes, non_finite=non_finite)

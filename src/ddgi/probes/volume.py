@@ -7,11 +7,13 @@ from typing import Annotated, Any, Literal
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 from annotated_types import Gt, Interval
 from typing_extensions import Doc
 
 from ddgi.errors import SettingsError
 from ddgi.probes import formats
+from ddgi.probes.awake import SLEEPING, Awake, States
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.texel_fit import TexelFit, texel_fit
 from ddgi.settings_group import settings_group
@@ -52,16 +54,23 @@ class ProbeVolume:
     """State of one grid of P probes. Maps are flat: probe by probe, row by row, border included."""
 
     grid: ProbeGrid
+    awake: Awake  # the probes that the next update is for
     irradiance: Any  # P (ni + 2)^2 texels of `irradiance_format`: the value that the query interpolates
     distance: Any  # P (nd + 2)^2 texels of `distance_format`: mean, mean square, in `reach` units
     radiance: Any  # P (nr + 2)^2 texels of `irradiance_format`; None if there is no such map
-    age: mi.UInt32  # (1,) updates since the maps were empty
+    age: mi.UInt32  # (P,) updates since the maps of a probe were empty
     texel_fit: TexelFit  # of irradiance maps
     made_for: str | None = None  # the settings that the maps were allocated for, written out; None: not known
     sight: mi.UInt32 | None = (
         None  # (cells,) which probes of a cell see one another (`sight.py`); None: not known
     )
+    states: States | None = None  # what the probes are doing; None: all are updated
     exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
+
+    @property
+    def awake_count(self) -> int:
+        """Number of probes that are neither asleep nor off."""
+        return self.grid.size if self.states is None else int((np.array(self.states.code) > SLEEPING).sum())
 
     def reach(self, s: Settings) -> mi.Float:
         """The longest distance kept [m], (1,): the unit of the distance map."""
@@ -101,10 +110,11 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
     colour = formats.IRRADIANCE[s.irradiance_format]
     return ProbeVolume(
         layout,
+        Awake(layout.size),
         maps(colour, s.irradiance_size),
         maps(formats.DISTANCE[s.distance_format], s.distance_size),
         maps(colour, s.radiance_size) if s.radiance_size else None,
-        dr.opaque(mi.UInt32, 0),
+        dr.opaque(mi.UInt32, 0, layout.size),
         texel_fit(s.irradiance_size),
         made_for=repr(s),
     )

@@ -23,6 +23,7 @@ class Volume:
     box: Box  # first and last probe, in the coordinates of the scene's file [m]
     probes: int
     moved: int  # of them, from their places to where surfaces see them
+    awake: int  # of them, those that see something they could light, and are updated
     bytes_per_probe: int  # both maps (MFF eq. 4.1)
     bytes: int  # of all maps
 
@@ -43,13 +44,14 @@ def fitted(scene: Scene, settings: RenderSettings, blind: bool) -> Volume:
 
     Args:
         scene: What to light.
-        settings: Of `grid`, `relocation` and `volume`.
+        settings: Of `grid`, `relocation`, `states` and `volume`.
         blind: Whether its cameras see nothing that light could come from.
 
     Raises:
         SettingsError: It is impossible, lies outside the scene or is too large.
     """
-    grid = IrradianceField.fit(scene, settings).volumes[0].grid
+    vol = IrradianceField.fit(scene, settings).volumes[0]
+    grid = vol.grid
     first, spacing = np.ravel(grid.origin) + np.array(scene.origin), np.ravel(grid.spacing).astype(float)
     last = first + spacing * (np.array(grid.counts) - 1)
     each = bytes_per_probe(settings.volume)
@@ -59,7 +61,8 @@ def fitted(scene: Scene, settings: RenderSettings, blind: bool) -> Volume:
         spacing=_point(spacing),
         box=(_point(first), _point(last)),
         probes=grid.size,
-        moved=0 if grid.offset is None else int((np.array(grid.offset).reshape(-1, 4) != 0).any(-1).sum()),
+        moved=int((grid.offsets() != 0).any(-1).sum()),
+        awake=vol.awake_count,
         bytes_per_probe=each,
         bytes=each * grid.size,
     )
