@@ -1,0 +1,159 @@
+"""Probe states: how many probes are awake, what that saves, and whether the picture stays the same.
+
+    python benchmarks/states.py       # into docs/results/states.json; a quarter of an hour on two cores
+
+`counts` is CTU Table 7.9 in kind, `saved` SCALE Fig. 8: updates with all probes beside updates of those awake, in turns,
+on one machine. Pictures are those of fields that average a thousand updates, as noise would hide what differs.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import replace
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import drjit as dr
+import numpy as np
+
+import ddgi
+from ddgi.bench.steady import _Run
+from ddgi.config import load_settings
+from ddgi.frame import Frame, render_view, updated
+from ddgi.judge.metrics import difference
+from ddgi.probes import states
+from ddgi.probes.field import IrradianceField
+from ddgi.settings import RenderSettings
+from studies import FILES, RESULTS, SIZE, machine
+from volume_search import apartment
+
+DENSITIES = ((16, 16, 16), (32, 16, 32), (32, 32, 32))
+METHODS = ("ctu", "scale", "cells")
+TURNS = 15
+"""Updates timed of each."""
+UPDATES, FRAMES = 1000, 32
+"""Of a field whose picture is compared, and frames of that."""
+LONG = ["blend.hysteresis=0.9999", "blend.recency=2"]
+
+
+def built_in(name: str) -> ddgi.Scene:
+    """A scene of the package."""
+    return ddgi.load_scene(name, size=SIZE)
+
+
+def counts() -> list[dict[str, Any]]:
+    """Probes by their states."""
+    rows = []
+    for name in ("color-boxes", "courtyard", "cathedral", "forest", "dream-apartment"):
+        scene = apartment() if name == "dream-apartment" else built_in(name)
+        for density in DENSITIES:
+            row: dict[str, Any] = {"scene": name, "counts": density}
+            for method in METHODS:
+                changes = [f"states.method={method}", f"grid.counts={list(density)}", "relocation.method=off"]
+                vol = IrradianceField.fit(scene, load_settings("default", None, changes)).volumes[0]
+                assert vol.states is not None
+                row[method] = vol.states.counts()
+            rows.append(row)
+            print(row, flush=True)
+    return rows
+
+
+def saved(name: str, scene: ddgi.Scene, changes: list[str]) -> dict[str, Any]:
+    """Updates of all probes, and of those that are awake."""
+    ways = {m: load_settings("default", None, [*changes, f"states.method={m}"]) for m in ("off", *METHODS)}
+    runs = {m: _Run(scene, s) for m, s in ways.items()}
+    times: dict[str, list[float]] = {m: [] for m in ways}
+    for turn in range(12 + TURNS):
+        for method, run in runs.items():
+            dr.sync_thread()
+            start = perf_counter()
+            run.update()
+            dr.sync_thread()
+            if turn >= 12:
+                times[method].append((perf_counter() - start) * 1e3)
+    field = runs["cells"].field.volumes[0]
+    pictures = {m: picture(scene, changes, m) for m in ways}
+    again = picture(scene, [*changes, "seed=1"], "off")
+    found: dict[str, Any] = {
+        "scene": name, "probes": field.grid.size, "noise": difference(again, pictures["off"]).flip_mean,
+        "look_share": looks(scene, runs["cells"], ways["cells"]) / median(times["cells"]),
+    }  # fmt: skip
+    for method, some in times.items():
+        ratio = median(a / b for a, b in zip(some, times["off"], strict=True))
+        apart = difference(pictures[method], pictures["off"])
+        found[method] = {
+            "awake": runs[method].field.volumes[0].awake.count, "update_ms": median(some), "saved": 1 - ratio,
+            "flip_mean": apart.flip_mean, "luminance": apart.luminance_error,
+        }  # fmt: skip
+    print(found, flush=True)
+    return found
+
+
+def picture(scene: ddgi.Scene, changes: list[str], method: str) -> np.ndarray:
+    """Of a field that has averaged many updates."""
+    s = load_settings("default", None, [*changes, *LONG, f"states.method={method}"])
+    field, frame = IrradianceField.fit(scene, s), Frame.empty(scene.camera, s)
+    for tick in range(UPDATES):
+        field = updated(scene, field, tick, s)
+        dr.eval(field)
+    for tick in range(FRAMES):
+        frame = render_view(scene, field, scene.camera, tick, replace(s, seed=0), frame)
+    return frame.numpy()
+
+
+def looks(scene: ddgi.Scene, run: Any, s: RenderSettings) -> float:
+    """What sleepers cost that look around: milliseconds a frame, on average."""
+    vol, total = run.field.volumes[0], []
+    for tick in range(4 * s.states.every):
+        start = perf_counter()
+        states.attend(vol, scene.tracer, tick, s)
+        dr.sync_thread()
+        total.append((perf_counter() - start) * 1e3)
+    return float(np.mean(total[s.states.every :]))
+
+
+def flips() -> dict[str, int]:
+    """Changes of states in 200 updates of `courtyard`, after 100."""
+    found = {}
+    for method in METHODS:
+        scene, s = built_in("courtyard"), load_settings("default", None, [f"states.method={method}"])
+        vol, many = IrradianceField.fit(scene, s).volumes[0], 0
+        for tick in range(300):
+            before = np.array(vol.states.code)
+            vol = states.attend(vol, scene.tracer, tick, s)
+            vol = replace(vol, states=vol.states.updated())
+            many += int((np.array(vol.states.code) != before).sum()) if tick >= 100 else 0
+        found[method] = many
+    return found
+
+
+def main() -> None:
+    """Count, time and compare."""
+    ddgi.use_backend()
+    yard = built_in("courtyard")
+    vol = IrradianceField.fit(yard, RenderSettings.preset("default")).volumes[0]
+    place = vol.grid.place
+    low, high = (
+        np.ravel(np.array(place(dr.arange(dr.leaf_t(vol.age), vol.grid.size))).T[i]) for i in (0, -1)
+    )
+    twice = [
+        f"grid.box=[{list(map(float, low))},{[float(high[0]), float(2 * high[1] - low[1]), float(high[2])]}]"
+    ]
+    both = [
+        saved("courtyard, a volume twice its height", yard, twice),
+        saved("dream-apartment", apartment(), []),
+        saved("courtyard", yard, []),
+        *(
+            saved(n, ddgi.load_scene(FILES / n / "scene_mi3.xml", size=SIZE), [])
+            for n in ("staircase2", "veach-ajar")
+        ),
+    ]
+    result = {"machine": machine(), "saved": both, "flips": flips(), "counts": counts()}
+    print(Counter(result["flips"]))
+    (RESULTS / "states.json").write_text(json.dumps(result, indent=1, allow_nan=False) + "\n")
+
+
+if __name__ == "__main__":
+    main()
