@@ -15,15 +15,18 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-import drjit as dr
 import numpy as np
 
-import ddgi
+import ddgi  # isort: skip  # before Dr.Jit: it loads LLVM once
+
+import drjit as dr
+
 from ddgi.bench.steady import _Run
 from ddgi.config import load_settings
 from ddgi.frame import Frame, render_view, updated
 from ddgi.judge.metrics import difference
 from ddgi.probes import states
+from ddgi.probes.awake import States
 from ddgi.probes.field import IrradianceField
 from ddgi.settings import RenderSettings
 from studies import FILES, RESULTS, SIZE, machine
@@ -121,10 +124,11 @@ def flips() -> dict[str, int]:
         scene, s = built_in("courtyard"), load_settings("default", None, [f"states.method={method}"])
         vol, many = IrradianceField.fit(scene, s).volumes[0], 0
         for tick in range(300):
-            before = np.array(vol.states.code)
+            before = np.array(vol.states and vol.states.code)
             vol = states.attend(vol, scene.tracer, tick, s)
-            vol = replace(vol, states=vol.states.updated())
-            many += int((np.array(vol.states.code) != before).sum()) if tick >= 100 else 0
+            now: States = vol.states  # type: ignore[assignment]
+            vol = replace(vol, states=now.updated())
+            many += int((np.array(now.code) != before).sum()) if tick >= 100 else 0
         found[method] = many
     return found
 
