@@ -158,6 +158,45 @@ def relocation(rows: Rows) -> str:
     return table(("probes", *(r["name"] for r in rows)), lines)
 
 
+def states_saved(rows: Rows) -> str:
+    """A scene a row: updates of all probes beside those of the ones awake, by SCALE's rule and by ours."""
+    head = (
+        "scene",
+        "probes",
+        "update",
+        "SCALE: awake",
+        "saved",
+        "FLIP",
+        "ours: awake",
+        "saved",
+        "FLIP",
+        "noise",
+        "looks",
+    )
+    lines = []
+    for r in rows:
+        cells: list[str] = []
+        for method in ("scale", "cells"):
+            m = r[method]
+            apart = f"{m['flip_mean']:.4f}" if "flip_mean" in m else "-"
+            cells += [f"{m['awake']:,}", f"{100 * m['saved']:.0f} %", apart]
+        noise = f"{r['noise']:.4f}" if "noise" in r else "-"
+        first = [r["scene"], f"{r['probes']:,}", f"{r['off']['update_ms']:.0f} ms"]
+        lines.append([*first, *cells, noise, f"{100 * r['look_share']:.1f} %"])
+    return table(head, lines)
+
+
+def states_counts(rows: Rows) -> str:
+    """A density of a scene a row: CTU's alive, sleeping and dead, and those awake by SCALE's rule and by ours."""
+    head = ("scene", "probes", "CTU: alive", "sleeping", "dead", "SCALE: awake", "ours: awake")
+    up = lambda found: sum(n for state, n in found.items() if state not in ("sleeping", "off"))  # noqa: E731
+    return table(head, (
+        [r["scene"], "×".join(map(str, r["counts"])), f"{up(r['ctu']):,}", f"{r['ctu'].get('sleeping', 0):,}",
+         f"{r['ctu'].get('off', 0):,}", f"{up(r['scale']):,}", f"{up(r['cells']):,}"]
+        for r in rows
+    ))  # fmt: skip
+
+
 def parts(rows: Rows) -> str:
     """What is left as one part after another is made ideal."""
     names = list(rows[0]["parts"])
@@ -196,6 +235,8 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "volumes": ("volumes", volumes),
     "leaks": ("leaks", leaks),
     "relocation": ("relocation", relocation),
+    "states": ("states", states_saved),
+    "states-counts": ("states-counts", states_counts),
     "parts": ("parts", parts),
     "materials": ("materials", materials),
     "fuzz": (

@@ -1,15 +1,15 @@
 """Probe states: how many probes are awake, what that saves, and whether the picture stays the same.
 
-    python benchmarks/states.py       # into docs/results/states.json; twenty minutes on two cores
+    python benchmarks/states.py       # into docs/results/states.json and states-counts.json; twenty minutes on two cores
 
-`counts` is CTU Table 7.9 in kind, `saved` SCALE Fig. 8: updates with all probes beside updates of those awake, in turns,
-on one machine. Pictures are those of fields that average a thousand updates, as noise would hide what differs.
+States by density are CTU Table 7.9 in kind; time saved is SCALE Fig. 8: updates with all probes beside updates of those awake, in turns,
+on one machine. Pictures are those of fields that average 300 updates, as noise would hide what differs; `flip_same_maps` is of
+pictures lit by the same maps, but for those of sleepers.
 """
 
 from __future__ import annotations
 
 import json
-from collections import Counter
 from dataclasses import replace
 from statistics import median
 from time import perf_counter
@@ -36,7 +36,7 @@ DENSITIES = ((16, 16, 16), (32, 16, 32), (32, 32, 32))
 METHODS = ("ctu", "scale", "cells")
 TURNS = 15
 """Updates timed of each."""
-UPDATES, FRAMES = 600, 32
+UPDATES, FRAMES = 300, 32
 """Of a field whose picture is compared, and frames of that."""
 LONG = ["blend.hysteresis=0.9999", "blend.recency=2"]
 
@@ -84,24 +84,39 @@ def saved(name: str, scene: ddgi.Scene, changes: list[str], *, shown: bool = Fal
         awake = runs[method].field.volumes[0].awake.count
         found[method] = {"awake": awake, "update_ms": median(some), "saved": 1 - ratio}
     if shown:
-        everyone = picture(scene, changes, "off")
-        found["noise"] = difference(picture(scene, [*changes, "seed=1"], "off"), everyone).flip_mean
+        everyone, field = picture(scene, changes, "off")
+        other, _ = picture(scene, [*changes, "seed=1"], "off")
+        found["noise"] = difference(other, everyone).flip_mean
         for method in ("scale", "cells"):
-            apart = difference(picture(scene, changes, method), everyone)
-            found[method] |= {"flip_mean": apart.flip_mean, "luminance": apart.luminance_error}
+            some, with_states = picture(scene, changes, method)
+            # The same maps, with sleepers' light and without: that differs by nothing else, noise included.
+            vol, asleep = field.volumes[0], with_states.volumes[0]
+            alike = replace(field, volumes=[replace(vol, grid=asleep.grid, states=asleep.states)])
+            without = exposed(scene, alike, load_settings("default", None, changes))
+            found[method] |= {
+                "flip_mean": difference(some, everyone).flip_mean,
+                "flip_same_maps": difference(without, everyone).flip_mean,
+                "luminance": difference(some, everyone).luminance_error,
+            }
     print(found, flush=True)
     return found
 
 
-def picture(scene: ddgi.Scene, changes: list[str], method: str) -> np.ndarray:
-    """Of a field that has averaged many updates."""
+def picture(scene: ddgi.Scene, changes: list[str], method: str) -> tuple[np.ndarray, IrradianceField]:
+    """That of a field which has averaged many updates, and the field."""
     s = load_settings("default", None, [*changes, *LONG, f"states.method={method}"])
-    field, frame = IrradianceField.fit(scene, s), Frame.empty(scene.camera, s)
+    field = IrradianceField.fit(scene, s)
     for tick in range(UPDATES):
         field = updated(scene, field, tick, s)
         dr.eval(field)
+    return exposed(scene, field, replace(s, seed=0)), field
+
+
+def exposed(scene: ddgi.Scene, field: IrradianceField, s: RenderSettings) -> np.ndarray:
+    """The mean of some frames that a field lights."""
+    frame = Frame.empty(scene.camera, s)
     for tick in range(FRAMES):
-        frame = render_view(scene, field, scene.camera, tick, replace(s, seed=0), frame)
+        frame = render_view(scene, field, scene.camera, tick, s, frame)
     return frame.numpy()
 
 
@@ -153,9 +168,13 @@ def main() -> None:
             for n in ("staircase2", "veach-ajar")
         ),
     ]
-    result = {"machine": machine(), "saved": both, "flips": flips(), "counts": counts()}
-    print(Counter(result["flips"]))
-    (RESULTS / "states.json").write_text(json.dumps(result, indent=1, allow_nan=False) + "\n")
+    write("states", {"machine": machine(), "rows": both, "flips": flips()})
+    write("states-counts", {"machine": machine(), "rows": counts()})
+
+
+def write(name: str, found: dict[str, Any]) -> None:
+    """Keep what was found."""
+    (RESULTS / f"{name}.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":

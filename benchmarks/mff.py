@@ -1,0 +1,107 @@
+"""MFF's own measurements in kind: probes in beams (Table 4.2), and distances beyond what matters (Tables 4.3 and 4.4).
+
+    python benchmarks/mff.py       # into docs/results/dead.json and rejection.json; a quarter of an hour on two cores
+
+With the preset `mff` unless a row says otherwise. Its metric is ours, `mff_mean` (docs/judge.md).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import ddgi
+from ddgi.judge.compare import compare
+from ddgi.judge.trial import Trial
+from ddgi.scene.camera import look_at
+from ddgi.scene.scene import Scene
+from studies import RESULTS, SIZE, View, machine, trials
+from volume_search import apartment
+
+FRAMES, SECONDS = 48, 150
+MOVES = "relocation.method=mff; relocation.iterations=50; relocation.clearance="
+DEAD = (
+    *trials("none: relocation.method=off", f"to the surface: {MOVES}0", f"off the surface: {MOVES}0.15", preset="mff"),
+    *trials(f"and weights that follow: {MOVES}0.15; query.follow_moved=true", preset="mff"),
+    *trials("default, probes in their places: relocation.method=off", "default"),
+)  # fmt: skip
+FAR = trials(
+    *(f"{n}, {rule}: volume.distance_size={n}; blend.long_distances={rule}" for n in (4, 8, 16, 32) for rule in ("off", "clamp", "reject")),
+    preset="mff",
+)  # fmt: skip
+
+
+def attic() -> Scene:
+    """A room under a roof with beams let into it, lit by a lamp behind a screen; probes stand in the beams."""
+
+    def block(low: Sequence[float], high: Sequence[float], reflectance: float = 0.6) -> dict[str, Any]:
+        from mitsuba import ScalarTransform4f
+
+        middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
+        half = [(b - a) / 2 for a, b in zip(low, high, strict=True)]
+        return {
+            "type": "cube", "to_world": ScalarTransform4f().translate(middle).scale(half),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [reflectance] * 3}},
+        }  # fmt: skip
+
+    beams = {f"beam {n}": block((n - 0.15, 2.6, -2), (n + 0.15, 3.3, 2), 0.35) for n in (-2, -1, 0, 1, 2)}
+    description = {
+        "type": "scene",
+        "floor": block((-3.2, -0.2, -2.2), (3.2, 0, 2.2)), "roof": block((-3.2, 3, -2.2), (3.2, 3.3, 2.2)),
+        "left": block((-3.2, 0, -2.2), (-3, 3, 2.2)), "right": block((3, 0, -2.2), (3.2, 3, 2.2)),
+        "back": block((-3, 0, -2.2), (3, 3, -2)), "front": block((-3, 0, 2), (3, 3, 2.2)),
+        "screen": block((0.9, 0, -1), (1.0, 1.6, 1)), **beams,
+        "lamp": {"type": "point", "position": [2.2, 0.8, 0], "intensity": {"type": "rgb", "value": [12.0, 11.0, 9.0]}},
+    }  # fmt: skip
+    camera = look_at((-2.8, 1.2, 1.2), (0.4, 2.7, -0.6), fov=65, size=SIZE)
+    return ddgi.load_scene(description, camera=camera, materials="diffuse")
+
+
+def row(
+    name: str, scene: Scene, ways: Sequence[Trial], target: float, seconds: float = SECONDS
+) -> dict[str, Any]:
+    """A scene under all configurations."""
+    found = compare(scene, ways, frames=FRAMES, target=target, most_seconds=seconds, rivals=False)
+    figures = found.figures()
+    for configuration in figures["configurations"].values():
+        del configuration["settings"]
+    print(name, {j.trial.name: (round(j.difference.mff_mean, 4), round(j.difference.flip_mean, 4)) for j in found.judged}, found.valid, flush=True)  # fmt: skip
+    return {"name": name} | figures
+
+
+def main() -> None:
+    """Both tables."""
+    ddgi.use_backend()
+    # One metre apart, planes at -0.4 ... 2.8 up, and in the beams across.
+    beams = ["grid.box=[[-3.0,-0.2,-2.0],[3.0,2.8,2.0]]; grid.counts=[7,4,5]; grid.margin=0; "]
+    in_beams = [Trial(t.name, _with(t, beams[0])) for t in DEAD]
+    dead = [row("attic", attic(), in_beams, 0.1), row("dream-apartment, diffuse", _flat(), DEAD, 0.2)]
+    _write("dead", dead)
+    views = (
+        View("two-rooms", materials="diffuse", target=0.1),
+        View("room-with-door", "room", materials="diffuse", target=0.1),
+    )
+    _write(
+        "rejection", [row(v.name, scene, FAR, v.target, 0) for v in views if (scene := v.load()) is not None]
+    )
+
+
+def _flat() -> Scene:
+    return apartment(materials="diffuse", size=SIZE)
+
+
+def _with(trial: Trial, changes: str) -> Any:
+    from ddgi.config import changed
+
+    return changed(trial.settings, [c.strip() for c in changes.split(";") if c.strip()])
+
+
+def _write(name: str, rows: list[dict[str, Any]]) -> None:
+    (RESULTS / f"{name}.json").write_text(
+        json.dumps({"machine": machine(), "rows": rows}, indent=1, allow_nan=False) + "\n"
+    )
+
+
+if __name__ == "__main__":
+    main()
