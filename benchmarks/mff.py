@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import ddgi
+from ddgi.config import override, parse_assignment
 from ddgi.judge.compare import compare
 from ddgi.judge.trial import Trial
 from ddgi.scene.camera import look_at
@@ -66,7 +67,7 @@ def row(
     figures = found.figures()
     for configuration in figures["configurations"].values():
         del configuration["settings"]
-    print(name, {j.trial.name: (round(j.difference.mff_mean, 4), round(j.difference.flip_mean, 4)) for j in found.judged}, found.valid, flush=True)  # fmt: skip
+    print(name, {j.outcome.trial.name: (round(j.difference.mff_mean, 4), round(j.difference.flip_mean, 4)) for j in found.judged}, found.valid, flush=True)  # fmt: skip
     return {"name": name} | figures
 
 
@@ -92,9 +93,10 @@ def _flat() -> Scene:
 
 
 def _with(trial: Trial, changes: str) -> Any:
-    from ddgi.config import changed
-
-    return changed(trial.settings, [c.strip() for c in changes.split(";") if c.strip()])
+    settings = trial.settings
+    for text in filter(None, map(str.strip, changes.split(";"))):
+        settings = override(settings, parse_assignment(text))
+    return settings
 
 
 def _write(name: str, rows: list[dict[str, Any]]) -> None:

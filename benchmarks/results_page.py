@@ -161,25 +161,16 @@ def relocation(rows: Rows) -> str:
 def states_saved(rows: Rows) -> str:
     """A scene a row: updates of all probes beside those of the ones awake, by SCALE's rule and by ours."""
     head = (
-        "scene",
-        "probes",
-        "update",
-        "SCALE: awake",
-        "saved",
-        "FLIP",
-        "ours: awake",
-        "saved",
-        "FLIP",
-        "noise",
-        "looks",
-    )
+        "scene", "probes", "update", "SCALE: awake", "saved", "FLIP", "same maps", "ours: awake", "saved", "FLIP", "same maps",
+        "noise", "looks",
+    )  # fmt: skip
     lines = []
     for r in rows:
         cells: list[str] = []
         for method in ("scale", "cells"):
             m = r[method]
-            apart = f"{m['flip_mean']:.4f}" if "flip_mean" in m else "-"
-            cells += [f"{m['awake']:,}", f"{100 * m['saved']:.0f} %", apart]
+            apart = [f"{m[x]:.4f}" if x in m else "-" for x in ("flip_mean", "flip_same_maps")]
+            cells += [f"{m['awake']:,}", f"{100 * m['saved']:.0f} %", *apart]
         noise = f"{r['noise']:.4f}" if "noise" in r else "-"
         first = [r["scene"], f"{r['probes']:,}", f"{r['off']['update_ms']:.0f} ms"]
         lines.append([*first, *cells, noise, f"{100 * r['look_share']:.1f} %"])

@@ -76,13 +76,12 @@ def saved(name: str, scene: ddgi.Scene, changes: list[str], *, shown: bool = Fal
             dr.sync_thread()
             if turn >= 12:
                 times[method].append((perf_counter() - start) * 1e3)
-    field = runs["cells"].field.volumes[0]
-    found: dict[str, Any] = {"scene": name, "probes": field.grid.size}
+    found: dict[str, Any] = {"scene": name, "probes": runs["cells"].field.probes}
     found["look_share"] = looks(scene, runs["cells"], ways["cells"]) / median(times["cells"])
-    for method, some in times.items():
-        ratio = median(a / b for a, b in zip(some, times["off"], strict=True))
+    for method, spent in times.items():
+        ratio = median(a / b for a, b in zip(spent, times["off"], strict=True))
         awake = runs[method].field.volumes[0].awake.count
-        found[method] = {"awake": awake, "update_ms": median(some), "saved": 1 - ratio}
+        found[method] = {"awake": awake, "update_ms": median(spent), "saved": 1 - ratio}
     if shown:
         everyone, field = picture(scene, changes, "off")
         other, _ = picture(scene, [*changes, "seed=1"], "off")

@@ -56,11 +56,11 @@ def mixed_lighting() -> ddgi.Scene:
     return only(camera, ddgi.load_scene(FILES / "bevy-gi/MixedLightingExample/MixedLightingExample.gltf"))
 
 
-def apartment() -> ddgi.Scene:
+def apartment(size: tuple[int, int] = SIZE, **options: Any) -> ddgi.Scene:
     """The kitchen of the flat, with a ceiling, its panes clear, and the sun in its window."""
-    camera = look_at((7.1, 1.6, -7.0), (10.8, 0.9, -4.8), fov=75, size=SIZE)
+    camera = look_at((7.1, 1.6, -7.0), (10.8, 0.9, -4.8), fov=75, size=size)
     path = FILES / "dream-apartment/decoded.glb"
-    scene = ddgi.load_scene(path, clear=PANES, ceiling="auto", sun=(100, 30, 20), sky="sunsky")
+    scene = ddgi.load_scene(path, clear=PANES, ceiling="auto", sun=(100, 30, 20), sky="sunsky", **options)
     return only(camera, scene)
 
 
