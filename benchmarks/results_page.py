@@ -158,6 +158,17 @@ def relocation(rows: Rows) -> str:
     return table(("probes", *(r["name"] for r in rows)), lines)
 
 
+def mff(rows: Rows) -> str:
+    """A configuration a row: MFF's error, its mean and its most, and mean FLIP, in every scene."""
+    names = list(rows[0]["configurations"])
+    head = ["", *(f"{r['name']}: {figure}" for r in rows for figure in ("mean", "most", "FLIP"))]
+    cells = [
+        [n, *(f"{r['configurations'][n][f]:.{digits}f}" for r in rows for f, digits in (("mff_mean", 4), ("mff_max", 2), ("flip_mean", 3)))]
+        for n in names
+    ]  # fmt: skip
+    return table(head, cells)
+
+
 def states_saved(rows: Rows) -> str:
     """A scene a row: updates of all probes beside those of the ones awake, by SCALE's rule and by ours."""
     head = (
@@ -226,6 +237,8 @@ TABLES: dict[str, tuple[str, Callable[[Rows], str]]] = {
     "volumes": ("volumes", volumes),
     "leaks": ("leaks", leaks),
     "relocation": ("relocation", relocation),
+    "dead": ("dead", mff),
+    "rejection": ("rejection", mff),
     "states": ("states", states_saved),
     "states-counts": ("states-counts", states_counts),
     "parts": ("parts", parts),

@@ -21,7 +21,7 @@ def under_the_sky(**more):
 @pytest.mark.parametrize("gamma", [1.0, 5.0])
 @pytest.mark.parametrize(("name", "error"), [("float32", 1e-3), ("float16", 5e-3)])
 def test_irradiance_is_pi_l(name, error, gamma):
-    s = small(
+    s = small(states_method="off", 
         volume_irradiance_format=name, volume_distance_format="float32" if name == "float32" else "float16",
         grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), blend_gamma=gamma, direct_environment="field",
     )  # fmt: skip
@@ -33,7 +33,9 @@ def test_irradiance_is_pi_l(name, error, gamma):
 
 
 def test_sampled_sky_leaves_the_field_black():
-    s = small(grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), direct_environment="sampled")
+    s = small(
+        states_method="off", grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), direct_environment="sampled"
+    )
     assert irradiance_map(updated(under_the_sky(), s, 3), s).max() < 1e-4
 
 
@@ -48,6 +50,7 @@ def test_ground_under_the_sky(environment):
     scene = load({"type": "scene", "plate": plate, "sky": {"type": "constant", "radiance": rgb(0.5)}})
     camera = look_at((0, 0, 2.0), (0.3, 0.1, 0.0), fov=40, size=(24, 24))
     s = small(
+        states_method="off",
         grid_box=((-2.0, -2.0, 0.0), (2.0, 2.0, 2.0)),
         direct_environment=environment,
         volume_irradiance_size=8,
@@ -61,7 +64,7 @@ def test_ground_under_the_sky(environment):
 
 
 def test_the_sky_itself_is_seen():
-    s = small(grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)))
+    s = small(states_method="off", grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)))
     scene = under_the_sky()
     _, frame = render_frame(scene, IrradianceField.fit(scene, s), camera_in((8, 8)), 0, s)
     assert np.allclose(frame.numpy(), SKY, rtol=1e-5)

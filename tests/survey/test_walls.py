@@ -14,7 +14,15 @@ def grid(spacing=SPACING, first=-1.75, counts=5):
     """Planes of probes at first + k spacing along each axis: -1.75, -0.75, 0.25, 1.25, 2.25."""
     last = first + spacing * (counts - 1)
     return Volume(
-        "settings", (counts,) * 3, (spacing,) * 3, ((first,) * 3, (last,) * 3), counts**3, 0, counts**3, 1, counts**3
+        "settings",
+        (counts,) * 3,
+        (spacing,) * 3,
+        ((first,) * 3, (last,) * 3),
+        counts**3,
+        0,
+        counts**3,
+        1,
+        counts**3,
     )
 
 

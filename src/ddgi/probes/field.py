@@ -132,7 +132,10 @@ def _check_contact(settings: RenderSettings) -> None:
 
 
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
-    """The irradiance maps as an array, for notebooks: (P, n, n, 3) irradiance E [W/m^2], no borders."""
+    """The irradiance maps as an array, for notebooks: (P, n, n, 3) irradiance E [W/m^2], no borders.
+
+    Probes that sleep hold zeros, or what they had; `np.array(field.volumes[0].states.code)` has the states.
+    """
     size = settings.volume.irradiance_size
     fmt = formats.IRRADIANCE[settings.volume.irradiance_format]
     stored = _texels(field.volumes[0].irradiance, fmt, size)
