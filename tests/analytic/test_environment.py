@@ -21,7 +21,7 @@ def under_the_sky(**more):
 @pytest.mark.parametrize("gamma", [1.0, 5.0])
 @pytest.mark.parametrize(("name", "error"), [("float32", 1e-3), ("float16", 5e-3)])
 def test_irradiance_is_pi_l(name, error, gamma):
-    s = small(states_method="off", 
+    s = small(states_method="off",
         volume_irradiance_format=name, volume_distance_format="float32" if name == "float32" else "float16",
         grid_box=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), blend_gamma=gamma, direct_environment="field",
     )  # fmt: skip
