@@ -7,12 +7,12 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from ddgi.errors import SettingsError
 from ddgi.frame import Frame, render_frame, updated
 from ddgi.probes import blend, query, states, volume
 from ddgi.probes.awake import AWAKE, NEWLY_AWAKE, NEWLY_VIGILANT, OFF, SLEEPING, VIGILANT
-from ddgi.probes.field import IrradianceField, irradiance_map
+from ddgi.probes.field import IrradianceField, irradiance_map, probe_states
 from ddgi.probes.region import Seen
-from ddgi.sampling import clock
 from ddgi.scene.camera import look_at
 from probing import (
     camera_in,
@@ -285,6 +285,37 @@ def test_things_that_move_wake_the_probes_around_them(hall):
     assert state(field.wake(hall, [], s)) == SLEEPING
 
 
+def test_waking_ctus_probes_puts_none_to_sleep(hall):
+    """They fall asleep by themselves."""
+    s = small(**LARGE, states_method="ctu", states_every=0)
+    field = run(hall, s, 1)
+    before = np.array(field.volumes[0].states.code)
+    for boxes in ([((-0.05,) * 3, (0.05,) * 3)], []):
+        field = field.wake(hall, boxes, s)
+        assert not ((np.array(field.volumes[0].states.code) == SLEEPING) & (before != SLEEPING)).any()
+    assert (
+        probe_states(field).count("newly awake")
+        == ((before == SLEEPING) & (np.array(field.volumes[0].states.code) > SLEEPING)).sum()
+    )
+
+
+def test_with_none_awake_updates_go_on(hall):
+    s = small(**LARGE, states_every=0)
+    vol = IrradianceField.fit(hall, s).volumes[0]
+    vol = states._with(vol, np.full(729, SLEEPING), np.zeros(729, int), s.states, 0)
+    assert vol.awake.count == states.ROUND
+
+
+@pytest.mark.parametrize(
+    "box",
+    [((0, 0), (1, 1)), ((0, 0, 0), (1, float("nan"), 1)), ((1, 0, 0), (0, 1, 1)), (0, 0, 0), None, "box"],
+)
+def test_what_is_no_box_wakes_nobody(hall, box):
+    s = small()
+    with pytest.raises(SettingsError, match="no box"):
+        IrradianceField.fit(hall, s).wake(hall, [box], s)
+
+
 def test_sleepers_of_ctu_are_updated_now_and_then(hall):
     s = small(**LARGE, states_method="ctu", states_every=5, blend_growth=8, blend_warm_up=0)
     field, counts = IrradianceField.fit(hall, s), []
@@ -343,4 +374,3 @@ def test_a_flat_grid_is_lit():
     field = run(scene, s, 4)
     assert irradiance_map(field, s).mean() > 0.01
     assert np.array(field.volumes[0].grid.counts).min() == 2
-    assert clock(0, 0) is not None

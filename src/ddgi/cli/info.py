@@ -108,7 +108,7 @@ def _probes(volume: Volume) -> str:
     low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in volume.box)
     moved = f"; {volume.moved:,} moved" if volume.moved else ""
     idle = volume.probes - volume.awake
-    asleep = f"; {idle:,} see nothing they could light, and sleep" if idle else ""
+    asleep = f"; {idle:,} light nothing, and are left out" if idle else ""
     return f"{volume.probes:,} ({counts}, {spacing} apart) from ({low}) to ({high}), {SOURCES[volume.source]}{moved}{asleep}"
 
 

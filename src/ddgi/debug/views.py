@@ -128,11 +128,12 @@ def states(seen: Seen) -> np.ndarray:
     legend = np.zeros((SWATCH * len(shown), picture.shape[1], 3))
     for line, c in enumerate(shown):
         legend[line * SWATCH + 3 : (line + 1) * SWATCH - 3, 4:SWATCH] = STATES[c]
+    all_are = " (states.method is off: all probes are updated)" if vol.states is None else ""
     whole = np.rint(np.concatenate([picture, legend]) * 255).astype(np.uint8)
     return written(
         whole,
         [
-            (SWATCH + 6, len(picture) + line * SWATCH + 2, f"{NAMES[c]}: {(code == c).sum():,}")
+            (SWATCH + 6, len(picture) + line * SWATCH + 2, f"{NAMES[c]}: {(code == c).sum():,}{all_are}")
             for line, c in enumerate(shown)
         ],
         (255, 255, 255),

@@ -14,6 +14,7 @@ from ddgi.backend import use_backend
 from ddgi.box import Box, moved
 from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, region, relocation, sight, states, volume, walls
+from ddgi.probes.awake import NAMES, VIGILANT
 from ddgi.probes.volume import ProbeVolume
 from ddgi.trace.tracer import Tracer
 
@@ -84,9 +85,15 @@ class IrradianceField:
 
         Args:
             scene: That the field was fitted for.
-            boxes: Low and high corners around the things [m], in the coordinates of the scene's file.
+            boxes: Low and high corners around the things [m], in the coordinates of the scene's file; each is enlarged
+                by a cell. All that move at the time: those that woke for others go back to sleep.
             settings: Those of the frames.
+
+        Raises:
+            SettingsError: A box is none: not two corners of three finite numbers, the low one first.
         """
+        for box in boxes:
+            _check_box(box)
         x, y, z = scene.origin
         here = [moved(box, (-x, -y, -z)) for box in boxes]
         return replace(self, volumes=[states.wake(vol, here, settings) for vol in self.volumes])
@@ -122,6 +129,23 @@ def irradiance(
     return query.irradiance(field.volumes[0], at, layout, s, tracer)
 
 
+def _check_box(box: Box) -> None:
+    try:
+        corners = np.asarray(box, float)
+    except (TypeError, ValueError):
+        corners = np.zeros(0)
+    if corners.shape != (2, 3) or not np.isfinite(corners).all() or (corners[0] > corners[1]).any():
+        raise SettingsError(f"{box!r} is no box: it takes a low and a high corner, three finite numbers each")
+
+
+def probe_states(field: IrradianceField) -> list[str]:
+    """What each probe is doing, by name (`ddgi.probes.awake.NAMES`), in the order of the maps. With states off all are vigilant."""
+    vol = field.volumes[0]
+    if vol.states is None:
+        return [NAMES[VIGILANT]] * vol.grid.size
+    return [NAMES[code] for code in np.array(vol.states.code)]
+
+
 def _check_contact(settings: RenderSettings) -> None:
     on = [f"contact.{name}" for name in ("hits", "pixels") if getattr(settings.contact, name) > 0]
     if on and not settings.volume.radiance_size:
@@ -134,7 +158,7 @@ def _check_contact(settings: RenderSettings) -> None:
 def irradiance_map(field: IrradianceField, settings: RenderSettings) -> np.ndarray:
     """The irradiance maps as an array, for notebooks: (P, n, n, 3) irradiance E [W/m^2], no borders.
 
-    Probes that sleep hold zeros, or what they had; `np.array(field.volumes[0].states.code)` has the states.
+    Probes that sleep hold zeros, or what they had (`probe_states`).
     """
     size = settings.volume.irradiance_size
     fmt = formats.IRRADIANCE[settings.volume.irradiance_format]

@@ -134,6 +134,8 @@ def attend(vol: ProbeVolume, tracer: Tracer, tick: int, settings: RenderSettings
 def wake(vol: ProbeVolume, boxes: Sequence[Box], settings: RenderSettings) -> ProbeVolume:
     """Wake the sleepers around things that move, and let those sleep that woke for things which are gone (SCALE 6.3).
 
+    CTU's fall asleep by themselves, some time after (`alive`).
+
     Args:
         vol: The volume.
         boxes: Around the things [m], in the coordinates of probes; they are enlarged by a cell.
@@ -146,11 +148,11 @@ def wake(vol: ProbeVolume, boxes: Sequence[Box], settings: RenderSettings) -> Pr
     inside = np.zeros(len(code), bool)
     for low, high in boxes:
         inside |= ((place >= np.array(low) - cell) & (place <= np.array(high) + cell)).all(-1)
-    up = (code == AWAKE) | (code == NEWLY_AWAKE)
-    new = np.where(inside & (code == SLEEPING), NEWLY_AWAKE, np.where(up & ~inside, SLEEPING, code))
+    gone = ((code == AWAKE) | (code == NEWLY_AWAKE)) & ~inside & (settings.states.method != "ctu")
+    new = np.where(inside & (code == SLEEPING), NEWLY_AWAKE, np.where(gone, SLEEPING, code))
     if (new == code).all():
         return vol
-    quiet = np.array(vol.states.quiet).astype(int)
+    quiet = np.where(new == NEWLY_AWAKE, 0, np.array(vol.states.quiet).astype(int))
     return _with(vol, new, quiet, settings.states, settings.blend.warm_up)
 
 
@@ -216,7 +218,7 @@ def _listed(vol: ProbeVolume, s: Settings, *, sleepers: bool = False) -> ProbeVo
     assert vol.states is not None
     code = np.array(vol.states.code)
     up = code >= (SLEEPING if sleepers else NEWLY_AWAKE)
-    missing = min(-up.sum() % ROUND, len(code) - up.sum())
+    missing = min(-up.sum() % ROUND if up.any() else ROUND, len(code) - up.sum())
     # The first of the others, sleepers before those that are off.
     order = np.lexsort((np.arange(len(code)), -code.astype(int), up))
     up[order[:missing]] = True
