@@ -81,6 +81,18 @@ def test_what_lies_outside_the_grid_keeps_its_outermost_probes_awake():
     assert (by_plane[1:] == SLEEPING).all()
 
 
+def test_walls_just_outside_the_grid_keep_one_plane_awake():
+    """In any unit: for the second plane such a wall is on the far side of its cells, where it counts for nothing."""
+    counts = []
+    for scale in (1.0, 1000.0, 0.001):
+        lamp = {"type": "point", "position": [0, 0, 0], "intensity": rgb(scale * scale)}
+        box = tuple((side * 0.984 * scale,) * 3 for side in (-1, 1))
+        s = small(grid_counts=(7, 7, 7), grid_margin=0.0, grid_box=box, relocation_method="off")
+        vol = IrradianceField.fit(load(room(diffuse(0.6), scale, lamp=lamp)), s).volumes[0]
+        counts.append(vol.states.counts())
+    assert counts == [{"sleeping": 125, "newly vigilant": 218}] * 3
+
+
 def test_points_that_cameras_see_keep_probes_awake():
     """A wire too thin for few rays to meet."""
     wire = {"type": "cylinder", "p0": [-3, 0, 0.2], "p1": [3, 0, 0.2], "radius": 0.002, "bsdf": diffuse(0.5)}

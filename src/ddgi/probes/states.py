@@ -39,6 +39,10 @@ if TYPE_CHECKING:
 
 MOSTLY_BACKS = 0.5
 """Share of back faces among what is near above which a probe is dead (CTU 6.1)."""
+WITHIN = 0.999
+"""Of a spacing: so far from the place of a probe points read it, rounding aside. Walls just outside a grid lie, for the
+second plane of probes, on the far side of its cells exactly.
+"""
 ROUND = 32
 """Lists of probes are filled up with sleepers to a multiple of that: kernels are compiled for their length, and one that
 wakes up should not have all compiled anew.
@@ -182,8 +186,8 @@ def _judged(
     place = place if which is None else place[which]
     met = np.isfinite(around.distance)
     hit = position + around.directions[:, None] * np.where(met, around.distance, 0)[..., None]
-    # What lies outside the grid reads its outermost cells.
-    own = met & (np.abs(np.clip(hit, low, high) - place) < np.ravel(grid.spacing)).all(-1)
+    # What lies outside the grid reads its outermost cells. On the far side of a cell a probe counts for nothing.
+    own = met & (np.abs(np.clip(hit, low, high) - place) < WITHIN * np.ravel(grid.spacing)).all(-1)
     lit: np.ndarray = np.any(own & around.lit, axis=0)
     unlit: np.ndarray = np.any(own, axis=0) & ~lit
     return lit, unlit
