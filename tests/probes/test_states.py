@@ -274,7 +274,10 @@ def test_one_that_wakes_begins_anew(clutter):
     vol = field.volumes[0]
     woken = (was == SLEEPING) & (np.array(vol.states.code) == VIGILANT)
     assert woken.any()
-    assert (np.array(vol.age)[woken] == 5).all()
+    age = np.array(vol.age)[woken]
+    assert (age == 4).all()
+    assert np.array(blend.hysteresis(mi.UInt32(age - 1), s.blend)) == pytest.approx(0)
+    assert (np.array(blend.hysteresis(mi.UInt32(age), s.blend)) > 0).all()
     light = irradiance_map(field, s)[woken].mean((1, 2, 3))
     assert (light > 0).all()
 

@@ -156,11 +156,10 @@ class _Texels:
 
     def stored(self, fmt: formats.Format, store, value, dither: mi.Float):
         """The maps of all probes with the texels' new values."""
-        packed = fmt.encode(value, dither)
         if self.new is None:
-            return dr.ravel(packed)
+            return formats.pack(fmt, value, dither)
         kept = type(store)(store)
-        dr.scatter(kept, packed, self.new, mode=dr.ReduceMode.Permute)
+        dr.scatter(kept, fmt.encode(value, dither), self.new, mode=dr.ReduceMode.Permute)
         return kept
 
 

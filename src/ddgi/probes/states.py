@@ -210,9 +210,9 @@ def _with(vol: ProbeVolume, code: np.ndarray, quiet: np.ndarray, s: Settings, wa
     gives_light = code > (OFF if s.method == "ctu" else SLEEPING)
     states = States(own_numbers(code), own_numbers(quiet), own_numbers(_stand_ins(vol.grid, gives_light)))
     new = (code == NEWLY_AWAKE) | (code == NEWLY_VIGILANT)
-    # What is new keeps nothing of before; then it is as far as the end of the warm-up, where means begin.
+    # What is new keeps nothing of before (SCALE 6.3): it is where the warm-up ends and means begin.
     age = np.array(vol.age).astype(int)
-    age = np.where(new, min(age.max(), warm_up), age)
+    age = np.where(new, min(age.max(), max(warm_up - 1, 0)), age)
     vol = replace(vol, states=states, age=own_numbers(age), grid=vol.grid.giving_light(gives_light))
     return _listed(vol, s)
 
