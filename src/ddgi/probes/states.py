@@ -29,7 +29,7 @@ from ddgi.probes.awake import AWAKE, NEWLY_AWAKE, NEWLY_VIGILANT, OFF, SLEEPING,
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.region import Seen
 from ddgi.probes.relocation import INSIDE
-from ddgi.probes.surroundings import Surroundings, look_around
+from ddgi.probes.surroundings import look_around
 from ddgi.probes.volume import ProbeVolume
 from ddgi.settings_group import settings_group
 from ddgi.trace.tracer import Tracer
@@ -87,15 +87,12 @@ def classify(vol: ProbeVolume, tracer: Tracer, seen: Seen, s: Settings) -> Probe
         seen: Surfaces that light reaches on its way to the cameras (`region.look`).
         s: How.
     """
-    grid = vol.grid
     if s.method == "off":
         return vol
-    position = _where(grid.position, grid)
-    around = look_around(tracer, position, s.rays)
-    useful, dead = _judged(around, position, grid, s)
+    useful, dead = _judged(tracer, vol.grid, np.ones(vol.grid.size, bool), s.rays, s)
     if s.method == "cells":
         # What cameras see may be too thin for rays in all directions to meet.
-        useful |= receivers.served(tracer, grid, seen)
+        useful |= receivers.served(tracer, vol.grid, seen)
         dead &= ~useful
     up = AWAKE if s.method == "ctu" else NEWLY_VIGILANT
     code = np.where(dead, OFF, np.where(useful, up, SLEEPING))
@@ -122,9 +119,7 @@ def attend(vol: ProbeVolume, tracer: Tracer, tick: int, settings: RenderSettings
     code, quiet = (np.array(x).astype(int) for x in (states.code, states.quiet))
     looks = (code == SLEEPING) | ((code == AWAKE) & (s.method == "ctu"))
     if looks.any():
-        position = _where(vol.grid.position, vol.grid)
-        around = look_around(tracer, position[looks], s.look_rays)
-        useful, _ = _judged(around, position[looks], vol.grid, s, looks)
+        useful, _ = _judged(tracer, vol.grid, looks, s.look_rays, s)
         after = _after(code[looks], quiet[looks] + s.every, useful, s)
         if (after[0] != code[looks]).any():
             code[looks], quiet[looks] = after
@@ -161,17 +156,19 @@ def wake(vol: ProbeVolume, boxes: Sequence[Box], settings: RenderSettings) -> Pr
 
 
 def _judged(
-    around: Surroundings, position: np.ndarray, grid: ProbeGrid, s: Settings, which: np.ndarray | None = None
+    tracer: Tracer, grid: ProbeGrid, which: np.ndarray, rays: int, s: Settings
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which probes are worth an update, and which are dead. (p,) each.
+    """Which of some probes are worth an update, and which are dead. (p,) each.
 
     Args:
-        around: What they see.
-        position: (p, 3) where they stand [m].
+        tracer: The scene.
         grid: All probes.
+        which: (P,) bool, the p that are asked about.
+        rays: By which they look around.
         s: The rule.
-        which: (P,) those that are asked about; None: all.
     """
+    position = _where(grid.position, grid)[which]
+    around = look_around(tracer, position, rays)
     match s.method:
         case "scale":
             _, front = around.nearest(back=False)
@@ -183,11 +180,10 @@ def _judged(
             return useful, dead
     place = _where(grid.place, grid)
     low, high = place.min(0), place.max(0)
-    place = place if which is None else place[which]
     met = np.isfinite(around.distance)
     hit = position + around.directions[:, None] * np.where(met, around.distance, 0)[..., None]
     # What lies outside the grid reads its outermost cells. On the far side of a cell a probe counts for nothing.
-    own = met & (np.abs(np.clip(hit, low, high) - place) < WITHIN * np.ravel(grid.spacing)).all(-1)
+    own = met & (np.abs(np.clip(hit, low, high) - place[which]) < WITHIN * np.ravel(grid.spacing)).all(-1)
     lit: np.ndarray = np.any(own & around.lit, axis=0)
     unlit: np.ndarray = np.any(own, axis=0) & ~lit
     return lit, unlit
