@@ -70,7 +70,7 @@ class Settings:
         Literal["maps", "cells", "rays"],
         Doc(
             "what tells whether probes see the point: their distance maps; rays between the probes of a cell, too; and, "
-            "where those are of two minds, rays from the point"
+            "where something is in the way of those, rays from the point"
         ),
     ] = "rays"
     sqrt_blending: Annotated[
@@ -255,14 +255,11 @@ def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: boo
     facing = [mi.Bool(True) if in_air else dr.dot(way, at.normal) > 0 for way in found.ways]
     asks = None
     if s.sight == "rays" and tracer is not None:
-        # From off the surface, as maps are asked: in the folds of a curtain nothing sees it. Towards the viewer the way is free.
-        start = dr.fma(at.to_viewer, found.ahead, at.start)
-        to_first = found.corner + (at.position - start)
-        asks = sight.Asks(tracer, start, vol.grid, found.first, to_first, at.active)
-    # A texel of each map alone says too little to go by.
-    weights, front = sight.believed(
-        seen, weights, unhidden, facing, asks, always=in_air or tap is not None, everywhere=in_air
-    )
+        # Towards the viewer the way is free.
+        air = dr.fma(at.to_viewer, found.ahead, at.start)
+        to_first = found.corner + (at.position - at.start)
+        asks = sight.Asks(tracer, at.start, air, vol.grid, found.first, to_first, at.active)
+    weights, front = sight.believed(seen, weights, unhidden, facing, asks, everywhere=in_air)
     return found.first, weights, front
 
 

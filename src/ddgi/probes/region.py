@@ -40,6 +40,10 @@ THIN = 0.07
 Measured: from 0.1 upwards beyond doors and in corridors that light comes through, 0.06 and less
 outside the windows of `classroom`, `dream-apartment` and `house`.
 """
+EVEN = 1 / 64
+"""Ends lie at multiples of a step, at most that much of the box around all but its outer light: a single path more or
+less, as of the same scene in other units, then moves none.
+"""
 SLIVER = 0.1
 """How far beyond a wall the box is cut back to it, in lengths of the box along that axis."""
 SAME_WALL = 1e-3
@@ -82,9 +86,11 @@ def find(tracer: Tracer, seen: Seen, bounds: Box) -> Box:
     position, normal, weight = seen.position, seen.normal, seen.weight
     if not weight.any():
         return bounds
-    sides = [
-        _trimmed(*_grown(position[:, a], weight), position[:, a], normal[:, a], weight) for a in range(3)
-    ]
+    longest = float(np.max(np.subtract(bounds[1], bounds[0])))
+    sides = []
+    for a in range(3):
+        ends = _evened(_grown(position[:, a], weight), bounds[0][a], longest)
+        sides.append(_trimmed(*ends, position[:, a], normal[:, a], weight))
     low, high = _completed(tracer, np.array(sides))
     low, high = np.maximum(low, bounds[0]), np.minimum(high, bounds[1])
     return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
@@ -141,6 +147,24 @@ def _side(place: np.ndarray, total: np.ndarray, sign: int) -> float:
             break
         end = at(share)
     return end
+
+
+def _evened(ends: tuple[float, float], start: float, longest: float) -> tuple[float, float]:
+    """Both ends of the box along an axis, moved out to even places, which depend on the scene as a whole.
+
+    Args:
+        ends: Low and high [m].
+        start: Where the scene begins along the axis [m].
+        longest: Its longest side [m]; steps are a whole power of two of it.
+    """
+    low, high = ends
+    if not 0 < high - low <= longest:
+        return ends
+    step = longest * 2.0 ** np.floor(np.log2(EVEN * (high - low) / longest))
+    return (
+        start + step * float(np.floor((low - start) / step)),
+        start + step * float(np.ceil((high - start) / step)),
+    )
 
 
 def _trimmed(

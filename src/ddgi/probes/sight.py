@@ -25,16 +25,16 @@ PAIRS = tuple(combinations(range(8), 2))
 """Of probes of a cell, by their numbers in it; bit k of a cell's sight stands for pair k."""
 ALL = (1 << len(PAIRS)) - 1
 """Sight of a cell in which nothing is in the way."""
-COUNTS = 1e-3
-"""Least share of a probe in the light from the front for rays to ask whether it is hidden."""
-HIDDEN = 0.1
-"""Weight of all in front, as a share of what it were if nothing hid them, below which rays ask: maps that say hidden of
-all would else choose which of them to believe.
-"""
+COUNTS = 0.01
+"""Least share of a probe that rays from the point ask about; the others are left out."""
 ASKED = 0.001
-"""Least share, were nothing hidden, of a probe that is asked about; the others are left out."""
+"""Likewise, were nothing hidden, for rays from the air."""
+FOLDED = 0.01
+"""Weight of all that rays from the point find open, as a share of what it were if nothing hid them, below which rays from
+the air in front of it decide: maps that say hidden of all would else choose which of them to believe.
+"""
 KEPT = 0.1
-"""Share of its weight that a probe keeps that rays find open, whatever its map says."""
+"""Share of its weight that a probe keeps that those find open, whatever its map says."""
 LOST = 1e-4
 """Weight of all probes in front of a point below which none of them sees it."""
 ASIDE = (0.0017, -0.0023, 0.0029)
@@ -48,14 +48,15 @@ class Asks:
     """Rays from N points to the probes of their cells."""
 
     tracer: Tracer
-    start: mi.Point3f  # (N,) [m]
+    point: mi.Point3f  # (N,) just off the surface [m]
+    air: mi.Point3f  # (N,) further off, where distance maps are asked [m]
     grid: ProbeGrid
     first: mi.UInt32  # (N,) first probe of the cell
-    to_first: mi.Vector3f  # (N,) from the start to its place [m]
+    to_first: mi.Vector3f  # (N,) from the point to its place [m]
     active: mi.Bool  # (N,)
 
     def way(self, k: mi.UInt32) -> mi.Vector3f:
-        """From the start to a probe of the cell, k from 0 to 7 [m]. (N,)."""
+        """From the point to a probe of the cell, k from 0 to 7 [m]. (N,)."""
         x, y, z = k & 1, k >> 1 & 1, k >> 2 & 1
         way = dr.fma(mi.Vector3f(x, y, z), self.grid.spacing, self.to_first)
         if self.grid.offset is None:
@@ -95,7 +96,6 @@ def believed(
     facing: Sequence[mi.Bool],
     asks: Asks | None,
     *,
-    always: bool = False,
     everywhere: bool = False,
 ) -> tuple[list[mi.Float], mi.Float]:
     """Weights of the probes of a cell without those that a point cannot believe, and that of all in front of it.
@@ -105,22 +105,18 @@ def believed(
         weights: 8 x (N,), after their distance maps.
         unhidden: 8 x (N,), were nothing hidden.
         facing: 8 x (N,) whether the probe is in front of the surface.
-        asks: Asks rays where probes in front are of two minds; None: they are all believed.
-        always: Ask about all, and not where they are of two minds alone.
+        asks: Asks rays about the probes in front; None: they are all believed.
         everywhere: Also in cells where nothing is in the way.
     """
-
-    def judged(seen, weights, unhidden, facing, asks):
-        return _judged(seen, weights, unhidden, facing, asks, always)
 
     def trusted(seen, weights, unhidden, facing, asks):
         return list(weights), sum(_of(facing, weights))
 
     state = seen, list(weights), list(unhidden), list(facing), asks
     if everywhere:
-        return judged(*state)
+        return _judged(*state)
     # A branch, as in most cells nothing is in the way.
-    return dr.if_stmt(state, seen != ALL, judged, trusted)
+    return dr.if_stmt(state, seen != ALL, _judged, trusted)
 
 
 def _of(facing: Sequence[mi.Bool], weights: Sequence[mi.Float]) -> list[mi.Float]:
@@ -128,14 +124,12 @@ def _of(facing: Sequence[mi.Bool], weights: Sequence[mi.Float]) -> list[mi.Float
     return [dr.select(f, w, 0) for f, w in zip(facing, weights, strict=True)]
 
 
-def _judged(seen, weights, unhidden, facing, asks: Asks | None, always: bool):
+def _judged(seen, weights, unhidden, facing, asks: Asks | None):
     """`believed` in cells where something is in the way."""
     sees = {pair: mi.Float(seen >> bit & 1) for bit, pair in enumerate(PAIRS)}
     front = _of(facing, weights)
     if asks is not None:
-        whole = _of(facing, unhidden)
-        doubt = mi.Bool(True) if always else _doubt(sees, front, whole)
-        front = _asked(front, whole, doubt, asks)
+        front = _asked(front, _of(facing, unhidden), asks)
     total = sum(front)
     scale = dr.rcp(at_least(total, 1e-20))
     out = []
@@ -150,44 +144,43 @@ def _judged(seen, weights, unhidden, facing, asks: Asks | None, always: bool):
     return out, total
 
 
-def _doubt(sees, front: Sequence[mi.Float], unhidden: Sequence[mi.Float]) -> mi.Bool:
-    """Whether rays are to ask which of the probes in front are hidden: two that count do not see each other, or little counts."""
-    total = sum(front)
-    counts = [w > COUNTS * total for w in front]
-    doubt = total < HIDDEN * sum(unhidden)
-    for (i, j), seen in sees.items():
-        doubt |= counts[i] & counts[j] & (seen == 0)
-    return doubt
+def _asked(front, unhidden, asks: Asks) -> list[mi.Float]:
+    """Weights of the probes in front without those that rays find hidden.
 
-
-def _asked(front, unhidden, doubt: mi.Bool, asks: Asks) -> list[mi.Float]:
-    """Weights of the probes in front, in doubt without those that rays find hidden.
-
-    Those that they find open keep what their maps leave them, `KEPT` at least: what maps say is smooth, and
-    rays alone would draw the outlines of what stands between a probe and a surface.
+    Rays from the point itself say which are open, and their maps what those count for: these are smooth, and rays alone
+    would draw the outlines of what stands between a probe and a surface. Where that leaves next to nothing, as in the folds
+    of a curtain, rays from the air in front of the point decide, from where maps are asked: there a probe that is open
+    keeps `KEPT` at least.
     """
-    least = ASKED * sum(unhidden)
-    pending = mi.UInt32(0)
-    for k, weight in enumerate(unhidden):
-        pending |= dr.select(doubt & (weight > least), mi.UInt32(1 << k), mi.UInt32(0))
-    found = _open(pending, asks)
+    found = _open(_counting(front, COUNTS), asks, asks.point)
+    seen = [dr.select((found >> k & 1) == 1, weight, 0) for k, weight in enumerate(front)]
+    lost = sum(seen) < FOLDED * sum(unhidden)
+    found = _open(dr.select(lost, _counting(unhidden, ASKED), mi.UInt32(0)), asks, asks.air)
     out = []
-    for k, (weight, whole) in enumerate(zip(front, unhidden, strict=True)):
+    for k, (own, weight, whole) in enumerate(zip(seen, front, unhidden, strict=True)):
         kept = dr.select((found >> k & 1) == 1, at_least(weight, KEPT * whole), 0)
-        out.append(dr.select(doubt, kept, weight))
+        out.append(dr.select(lost, kept, own))
     return out
 
 
-def _open(pending: mi.UInt32, asks: Asks) -> mi.UInt32:
-    """Which of the probes named by bits rays find open, as bits. A ray at a time: few points ask about many."""
+def _counting(weights: Sequence[mi.Float], share: float) -> mi.UInt32:
+    """Which probes weigh more than a share of all, as bits."""
+    least, out = share * sum(weights), mi.UInt32(0)
+    for k, weight in enumerate(weights):
+        out |= dr.select(weight > least, mi.UInt32(1 << k), mi.UInt32(0))
+    return out
+
+
+def _open(pending: mi.UInt32, asks: Asks, start: mi.Point3f) -> mi.UInt32:
+    """Which of the probes named by bits rays from a start find open, as bits. A ray at a time: few points ask about many."""
 
     def ask(pending, found):
         k = dr.tzcnt(pending)
-        way = asks.way(k)
+        way = asks.way(k) - (start - asks.point)
         length = at_least(dr.norm(way), 1e-9)
-        seen = asks.tracer.visible(asks.start, way / length, length, asks.active) > 0.5
+        seen = asks.tracer.visible(start, way / length, length, asks.active) > 0.5
         return pending & (pending - 1), found | dr.select(seen, mi.UInt32(1) << k, mi.UInt32(0))
 
-    start = dr.select(asks.active, pending, mi.UInt32(0)), dr.zeros(mi.UInt32, dr.width(pending))
-    _, found = dr.while_loop(start, lambda pending, _: pending != 0, ask, label="probes asked about")
+    state = dr.select(asks.active, pending, mi.UInt32(0)), dr.zeros(mi.UInt32, dr.width(pending))
+    _, found = dr.while_loop(state, lambda pending, _: pending != 0, ask, label="probes asked about")
     return found
