@@ -11,6 +11,7 @@ STAGES = {
     "blend irradiance",
     "blend distance",
     "camera rays",
+    "field in pixels",
     "light pixels",
 }
 

@@ -18,8 +18,8 @@ from ddgi.passes.gloss import mirrored
 from ddgi.passes.nearby import nearby
 from ddgi.passes.picture import Picture, accumulate
 from ddgi.passes.shade import shade
-from ddgi.probes import states
-from ddgi.probes.bounce import Illumination
+from ddgi.probes import query, states
+from ddgi.probes.bounce import Illumination, around
 from ddgi.probes.field import IrradianceField
 from ddgi.probes.update import update
 from ddgi.replay import Replayed
@@ -183,9 +183,9 @@ def take_picture(
     """Light what the camera sees, and add it to the picture so far."""
     surface = gbuffer(tracer, camera, time, s.gbuffer)
     by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
-    near = nearby(by, surface, s.contact)
-    reflections = mirrored(by, surface, s.gloss) if tracer.shining else None
-    shaded = shade(
-        tracer, lights, field, surface, tracer.shining, time, s.direct, s.volume, s.query, near, reflections
-    )
+    there = around(by, surface, whole=True)
+    ambient = query.irradiance_by(there.probes, by.vol, there.at, s.volume, s.query)
+    near = nearby(by, surface, there, s.contact)
+    reflections = mirrored(by, surface, ambient, s.gloss) if tracer.shining else None
+    shaded = shade(tracer, lights, surface, tracer.shining, time, s.direct, ambient + near, reflections)
     return accumulate(previous, surface, shaded, s.picture)

@@ -10,7 +10,7 @@ import pytest
 from ddgi import sampling
 from ddgi.errors import SettingsError
 from ddgi.frame import Frame, render_frame, render_view
-from ddgi.probes.bounce import Illumination
+from ddgi.probes.bounce import Illumination, around
 from ddgi.probes.contact import MOST, in_turn, near_light
 from ddgi.probes.field import IrradianceField, irradiance_map, radiance_map
 from ddgi.probes.octahedral import direction_to_square, texel_directions
@@ -64,7 +64,9 @@ def samples(scene, s, field, reach, pixels=False):
         scene.tracer, scene.lights, field, many_ticks(SAMPLES), s.gather, s.direct, s.query, s.volume
     )
     at = surface_at(np.zeros((SAMPLES, 3)), (0, 1, 0))
-    return np.array(near_light(by, at, reach, sampling.PIXEL_CONTACT, pixels=pixels), np.float64)
+    return np.array(
+        near_light(by, at, around(by, at), reach, sampling.PIXEL_CONTACT, pixels=pixels), np.float64
+    )
 
 
 def added(scene, s, reach, pixels=False):

@@ -12,14 +12,14 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
-import mitsuba as mi
 
 from ddgi.passes.gbuffer import gbuffer
 from ddgi.passes.picture import accumulate
 from ddgi.passes.shade import shade
 from ddgi.probes import blend as blending
-from ddgi.probes import lamplit
+from ddgi.probes import lamplit, query
 from ddgi.probes.bounce import Illumination, follows_lobes
+from ddgi.probes.field import irradiance
 from ddgi.probes.gather import gather
 from ddgi.probes.rays import spawn
 from ddgi.sampling import clock
@@ -85,10 +85,13 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
             watch("blend radiance", blending._blend_radiance, vol, found, points, time, s.volume, s.blend)
         watch("blend distance", blending._blend_distance, vol, found, time, s.volume, s.blend)
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
-    shaded = watch(
-        "light pixels", shade,
-        tracer, lights, steady.field, surface, tracer.shining, time, s.direct, s.volume, s.query, mi.Color3f(0), None,
+    ambient = watch(
+        "field in pixels", irradiance,
+        steady.field, query.Receiver.on(surface), s.volume, s.query, tracer,
     )  # fmt: skip
+    shaded = watch(
+        "light pixels", shade, tracer, lights, surface, tracer.shining, time, s.direct, ambient, None
+    )
     watch("add to picture", accumulate, steady.frame.picture, surface, shaded, s.picture)
     return watch
 

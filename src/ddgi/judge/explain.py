@@ -24,7 +24,7 @@ from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
 from ddgi.probes import glossy, query
 from ddgi.probes.awake import NAMES
-from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
+from ddgi.probes.bounce import Illumination, around, arriving, from_field, from_lamps, reflected
 from ddgi.probes.field import IrradianceField
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
@@ -225,7 +225,7 @@ def _gathered(
     origin, direction = matt_bounce(surface, sample)
     met = scene.tracer.intersect(origin, direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA)
     emitted, on = arriving(by, met, direction), glossy.follow(by, met)
-    light = from_lamps(by, on.surface, sampling.PROBE_LIGHT) + from_field(by, on.surface)
+    light = from_lamps(by, on.surface, sampling.PROBE_LIGHT) + from_field(by, around(by, on.surface))
     whole = emitted + on.radiance + on.throughput * reflected(on.surface, light)
     dr.eval(emitted, whole)
     one, both = (_point(mi.Color3f([dr.mean(c) * dr.pi for c in x])) for x in (emitted, whole))

@@ -13,7 +13,7 @@ from ddgi import sampling
 from ddgi.extrema import at_least, at_most
 from ddgi.lighting import brdf
 from ddgi.lighting.direct import direct_light
-from ddgi.probes.bounce import Illumination, arriving, from_field, reflected
+from ddgi.probes.bounce import Illumination, around, arriving, from_field, reflected
 from ddgi.sampling import Clock
 from ddgi.settings_group import settings_group
 from ddgi.trace.lobe import sharp
@@ -40,7 +40,7 @@ class Settings:
     ] = 2
 
 
-def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | None:
+def mirrored(by: Illumination, surface: Surface, ambient: mi.Color3f, s: Settings) -> mi.Color3f | None:
     """Radiance that the GGX lobe sends to the viewer: a sample of it.
 
     Lamps that are sampled count where the lobe is `sharp`; elsewhere direct light has their highlights.
@@ -48,6 +48,7 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
     Args:
         by: What lights what is found.
         surface: (W H,) what pixels see.
+        ambient: (W H,) irradiance of the field there [W/m^2].
         s: How far paths go.
 
     Returns:
@@ -56,7 +57,7 @@ def mirrored(by: Illumination, surface: Surface, s: Settings) -> mi.Color3f | No
     if s.bounces == 0:
         return None
     shining = surface.lit & ((surface.metallic > 0) | (surface.specular > 0))
-    usual = from_field(by, surface) * dr.inv_pi
+    usual = ambient * dr.inv_pi
     return dr.if_stmt(
         (surface, usual),
         shining,
@@ -121,5 +122,5 @@ def _sent_back(by: Illumination, surface: Surface, onward: mi.Bool) -> mi.Color3
         time=by.time, stream=sampling.PIXEL_GLOSS, samples=by.direct.probe_samples, specular=True,
         apart=sharp(surface),
     )  # fmt: skip
-    matt = reflected(surface, lamps.irradiance + from_field(by, surface))
+    matt = reflected(surface, lamps.irradiance + from_field(by, around(by, surface)))
     return dr.select(onward, lamps.specular, matt)

@@ -10,8 +10,6 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.lighting import brdf, direct
 from ddgi.lighting.lights import Lights, environment_radiance
-from ddgi.probes import query, volume
-from ddgi.probes.field import IrradianceField, irradiance
 from ddgi.sampling import Clock
 from ddgi.trace.lobe import sharp
 from ddgi.trace.surface import Surface
@@ -31,19 +29,16 @@ class Shaded:
 def shade(
     tracer: Tracer,
     lights: Lights,
-    field: IrradianceField,
     surface: Surface,
     specular: bool,
     time: Clock,
     direct_settings: direct.Settings,
-    layout: volume.Settings,
-    query_settings: query.Settings,
-    near: mi.Color3f,
+    ambient: mi.Color3f,
     mirrored: mi.Color3f | None,
 ) -> Shaded:
     """Light each pixel: lights exactly or sampled, everything else from the field.
 
-    near: (N,) what surfaces nearby add to the field's irradiance [W/m^2] (`passes/nearby.py`).
+    ambient: (N,) irradiance of the field, with what surfaces nearby add to it (`passes/nearby.py`) [W/m^2].
     mirrored: (N,) radiance that gloss and metals reflect of other surfaces (`passes/gloss.py`); None: not
         known, they reflect the field's light as if they were matt.
     """
@@ -52,8 +47,7 @@ def shade(
         time=time, stream=sampling.PIXEL_LIGHT, samples=direct_settings.camera_samples, specular=specular,
         apart=None if mirrored is None else sharp(surface),
     )  # fmt: skip
-    ambient = irradiance(field, query.Receiver.on(surface), layout, query_settings, tracer)
-    ambient = dr.select(surface.lit, ambient + near, mi.Color3f(0))
+    ambient = dr.select(surface.lit, ambient, mi.Color3f(0))
     if mirrored is None:
         indirect = surface.albedo * ambient * dr.inv_pi
     else:

@@ -107,19 +107,33 @@ def from_lamps(
     ).irradiance  # fmt: skip
 
 
-def from_field(by: Illumination, surface: Surface) -> mi.Color3f:
+@dataclass
+class Around:
+    """Last frame's field around N surfaces: found once, read as often as wanted."""
+
+    at: query.Receiver
+    probes: query.Shares
+    tap: mi.Point2f | None  # (N,) picks the texel that is read of each map; None: all four are
+
+
+def around(by: Illumination, surface: Surface, *, whole: bool = False) -> Around:
+    """The field around surfaces. whole: All texels are read, whatever `gather.taps` says of hits. surface: (N,)."""
+    at, tap = query.Receiver.on(surface), None
+    if not whole and by.gather.taps == "stochastic":
+        lane = dr.arange(mi.UInt32, dr.width(surface.distance))
+        tap = sampling.uniform_2d(by.time, sampling.PROBE_TAP, lane)
+    return Around(at, query.shares(by.vol, at, by.layout, by.query, by.tracer, tap), tap)
+
+
+def from_field(by: Illumination, there: Around) -> mi.Color3f:
     """Irradiance E [W/m^2] of last frame's field, as much as one bounce hands on (CTU 4.4). (N,)."""
-    receiver = query.Receiver.on(surface)
-    width = dr.width(surface.distance)
-    e = query.irradiance(by.vol, receiver, by.layout, by.query, by.tracer, tap(by, width))
+    e = query.irradiance_by(there.probes, by.vol, there.at, by.layout, by.query, there.tap)
     return e * by.gather.energy_preservation
 
 
-def tap(by: Illumination, width: int) -> mi.Point2f | None:
-    """Which texel of each map a lookup takes, for `gather.taps`; None: all four. (width,)."""
-    if by.gather.taps == "bilinear":
-        return None
-    return sampling.uniform_2d(by.time, sampling.PROBE_TAP, dr.arange(mi.UInt32, width))
+def known(by: Illumination, there: Around, direction: mi.Vector3f) -> mi.Color3f:
+    """Radiance [W/(m^2 sr)] that the probes around surfaces saw in a direction. (N,)."""
+    return query.radiance_by(there.probes, by.vol, there.at, direction, by.layout, there.tap)
 
 
 def reflected(surface: Surface, irradiance: mi.Color3f) -> mi.Color3f:

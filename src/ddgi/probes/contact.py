@@ -24,8 +24,16 @@ from annotated_types import Interval
 from typing_extensions import Doc
 
 from ddgi.extrema import at_most, clamp
-from ddgi.probes import query
-from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected, tap
+from ddgi.probes.bounce import (
+    Around,
+    Illumination,
+    around,
+    arriving,
+    from_field,
+    from_lamps,
+    known,
+    reflected,
+)
 from ddgi.sampling import Clock, apart, kronecker_2d, uniform_2d
 from ddgi.settings_group import settings_group
 from ddgi.trace.surface import Surface, matt_bounce
@@ -77,13 +85,14 @@ def in_turn(number: mi.UInt32, few: int, every: int, time: Clock) -> mi.UInt32:
 
 
 def near_light(
-    by: Illumination, surface: Surface, reach: float, stream: int, *, pixels: bool = False
+    by: Illumination, surface: Surface, there: Around, reach: float, stream: int, *, pixels: bool = False
 ) -> mi.Color3f:
     """What nearby surfaces add to the field's irradiance, a sample of it; it may be negative.
 
     Args:
         by: What lights what is found.
         surface: (N,) the points.
+        there: The field around them.
         reach: Length of the rays, in the smallest spacing of the probes. What is met in its second
             half counts less and less, down to nothing at its end.
         stream: Of random numbers (`ddgi.sampling`).
@@ -95,12 +104,13 @@ def near_light(
     """
     # Not of the sequence that lamps are sampled with: what is met and how it is lit would go together.
     sample = kronecker_2d(by.time, stream, dr.arange(mi.UInt32, dr.width(surface.distance)), by.time.tick)
-    return _sampled(by, surface, reach, stream, sample, for_picture=pixels)
+    return _sampled(by, surface, there, reach, stream, sample, for_picture=pixels)
 
 
 def _sampled(
     by: Illumination,
     surface: Surface,
+    there: Around,
     reach: float,
     stream: int,
     sample: mi.Point2f,
@@ -115,22 +125,17 @@ def _sampled(
     near = by.tracer.intersect(origin, direction, active, time=by.time, stream=stream, reach=length)
     share = dr.select(near.valid, clamp(2 - 2 * near.distance / length, 0, 1), 0)
 
-    def gained(surface: Surface, near: Surface, direction: mi.Vector3f, share: mi.Float) -> mi.Color3f:
-        light = from_lamps(by, near, stream) + from_field(by, near)
+    def gained(near: Surface, there: Around, direction: mi.Vector3f, share: mi.Float) -> mi.Color3f:
+        around_near = around(by, near)
+        light = from_lamps(by, near, stream) + from_field(by, around_near)
         if for_picture:
             onward = replace(by, time=apart(by.time))
             numbers = uniform_2d(onward.time, stream, dr.arange(mi.UInt32, dr.width(share)))
-            light += _sampled(onward, near, reach, stream, numbers)
-        known = _known(by, surface, direction)
+            light += _sampled(onward, near, around_near, reach, stream, numbers)
+        replaced = known(by, there, direction)
         if for_picture:
-            known = at_most(known, MOST * from_field(by, surface) * dr.inv_pi)
-        return dr.pi * share * (arriving(by, near, direction) + reflected(near, light) - known)
+            replaced = at_most(replaced, MOST * from_field(by, there) * dr.inv_pi)
+        return dr.pi * share * (arriving(by, near, direction) + reflected(near, light) - replaced)
 
     # A branch, as most points have nothing near them, nor have their neighbours.
-    return dr.if_stmt((surface, near, direction, share), share > 0, gained, lambda *_: mi.Color3f(0))
-
-
-def _known(by: Illumination, surface: Surface, direction: mi.Vector3f) -> mi.Color3f:
-    """Radiance [W/(m^2 sr)] that the probes around points saw in a direction. (N,)."""
-    receiver, width = query.Receiver.on(surface), dr.width(surface.distance)
-    return query.radiance(by.vol, receiver, direction, by.layout, by.query, by.tracer, tap(by, width))
+    return dr.if_stmt((near, there, direction, share), share > 0, gained, lambda *_: mi.Color3f(0))

@@ -14,7 +14,7 @@ import mitsuba as mi
 from ddgi import sampling
 from ddgi.lighting.guard import finite
 from ddgi.probes import contact, glossy
-from ddgi.probes.bounce import Illumination, arriving, from_field, from_lamps, reflected
+from ddgi.probes.bounce import Around, Illumination, around, arriving, from_field, from_lamps, reflected
 from ddgi.probes.directions import picked
 from ddgi.probes.rays import ProbeRays
 from ddgi.trace.surface import Surface, matt_bounce
@@ -77,8 +77,8 @@ def _brought_back(
     )
     path = _along_path(by, surface)
     radiance = arriving(by, surface, direction) + path.radiance
-    if near > 0:
-        light = contact.near_light(by, path.end, near, sampling.PROBE_CONTACT)
+    if near > 0 and path.there is not None:
+        light = contact.near_light(by, path.end, path.there, near, sampling.PROBE_CONTACT)
         radiance += weight * path.throughput * reflected(path.end, light)
     radiance, bad = finite(radiance)
     distance = surface.distance * dr.rcp(by.vol.reach(by.layout))
@@ -93,6 +93,7 @@ class _Path:
     radiance: mi.Color3f  # (N,) of the lamps, and of the field at the end
     throughput: mi.Color3f  # (N,) share of what leaves the last surface that arrives at the first
     end: Surface  # (N,) the last surface
+    there: Around | None  # the field around it; None: paths have no use for it
 
 
 def _along_path(by: Illumination, surface: Surface) -> _Path:
@@ -119,6 +120,7 @@ def _along_path(by: Illumination, surface: Surface) -> _Path:
         radiance += throughput * arriving(by, surface, direction)
         share = None
     irradiance = from_lamps(by, surface, sampling.PROBE_LIGHT, share)
-    if by.gather.bounces == "field":
-        irradiance += from_field(by, surface)
-    return _Path(radiance + throughput * reflected(surface, irradiance), throughput, surface)
+    there = around(by, surface) if by.gather.bounces == "field" else None
+    if there is not None:
+        irradiance += from_field(by, there)
+    return _Path(radiance + throughput * reflected(surface, irradiance), throughput, surface, there)

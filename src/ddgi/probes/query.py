@@ -130,16 +130,28 @@ def irradiance(
     Returns:
         (N,) irradiance; a field of constant radiance L gives pi L.
     """
-    towards = texel_at(direction_to_square(at.normal), layout.irradiance_size, tap)
-    fmt = formats.IRRADIANCE[layout.irradiance_format]
-    mean = mi.Color3f(0)
-    for probe, share in shares(vol, at, layout, s, tracer, tap):
-        mean += share * _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, towards, at.active)
-    return dr.pi * (dr.square(mean) if s.sqrt_blending else mean)
+    return irradiance_by(shares(vol, at, layout, s, tracer, tap), vol, at, layout, s, tap)
 
 
 Shares: TypeAlias = "list[tuple[mi.UInt32, mi.Float]]"
 """The eight probes around N points, (number, share) each; the shares add up to one. (N,)."""
+
+
+def irradiance_by(
+    probes: Shares,
+    vol: ProbeVolume,
+    at: Receiver,
+    layout: volume.Settings,
+    s: Settings,
+    tap: mi.Point2f | None = None,
+) -> mi.Color3f:
+    """`irradiance` of points whose probes are known."""
+    towards = texel_at(direction_to_square(at.normal), layout.irradiance_size, tap)
+    fmt = formats.IRRADIANCE[layout.irradiance_format]
+    mean = mi.Color3f(0)
+    for probe, share in probes:
+        mean += share * _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, towards, at.active)
+    return dr.pi * (dr.square(mean) if s.sqrt_blending else mean)
 
 
 def alone(
@@ -155,24 +167,23 @@ def alone(
     return found
 
 
-def radiance(
+def radiance_by(
+    probes: Shares,
     vol: ProbeVolume,
     at: Receiver,
     direction: mi.Vector3f,
     layout: volume.Settings,
-    s: Settings,
-    tracer: Tracer | None = None,
     tap: mi.Point2f | None = None,
 ) -> mi.Color3f:
-    """Radiance [W/(m^2 sr)] that the probes around oriented points saw in some direction. (N,).
+    """Radiance [W/(m^2 sr)] that the probes of points saw in some direction. (N,).
 
-    `direction`, (N,) unit, leads away from the point; other arguments as of `irradiance`, for which
-    the probes count likewise. Reads the maps of radiance: `layout.radiance_size` is not 0.
+    `direction`, (N,) unit, leads away from the point; `probes` are its `shares`, other arguments as of `irradiance`.
+    Reads the maps of radiance: `layout.radiance_size` is not 0.
     """
     towards = texel_at(direction_to_square(direction), layout.radiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
-    for probe, share in shares(vol, at, layout, s, tracer, tap):
+    for probe, share in probes:
         mean += share * _interpolate(fmt, vol.radiance, layout.radiance_size, probe, towards, at.active)
     return mean
 
@@ -256,7 +267,7 @@ def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: boo
     asks = None
     if s.sight == "rays" and tracer is not None:
         # Towards the viewer the way is free.
-        air = dr.fma(at.to_viewer, found.ahead, at.start)
+        air = None if in_air else dr.fma(at.to_viewer, found.ahead, at.start)
         to_first = found.corner + (at.position - at.start)
         asks = sight.Asks(tracer, at.start, air, vol.grid, found.first, to_first, at.active)
     weights, front = sight.believed(seen, weights, unhidden, facing, asks, everywhere=in_air)
@@ -298,7 +309,7 @@ def factors(
     moved = None if around is None else [mi.Vector3f(a.xyz) for a in around]
     ways = _ways(grid, corner, moved)
     visible = [mi.Float(1)] * 8
-    if s.visibility:
+    if s.visibility and not in_air:  # there, rays are asked about all
         for k, way in enumerate(ways):
             probe = first + grid.number(k & 1, k >> 1 & 1, k >> 2 & 1)
             visible[k] = _visibility(vol, probe, shift - way, unit, at.active, layout, s, tap)

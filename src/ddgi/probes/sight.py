@@ -49,7 +49,9 @@ class Asks:
 
     tracer: Tracer
     point: mi.Point3f  # (N,) just off the surface [m]
-    air: mi.Point3f  # (N,) further off, where distance maps are asked [m]
+    air: (
+        mi.Point3f | None
+    )  # (N,) further off, where distance maps are asked [m]; None: it is in the air itself
     grid: ProbeGrid
     first: mi.UInt32  # (N,) first probe of the cell
     to_first: mi.Vector3f  # (N,) from the point to its place [m]
@@ -144,7 +146,7 @@ def _judged(seen, weights, unhidden, facing, asks: Asks | None):
     return out, total
 
 
-def _asked(front, unhidden, asks: Asks) -> list[mi.Float]:
+def _asked(front: Sequence[mi.Float], unhidden: Sequence[mi.Float], asks: Asks) -> list[mi.Float]:
     """Weights of the probes in front without those that rays find hidden.
 
     Rays from the point itself say which are open, and their maps what those count for: these are smooth, and rays alone
@@ -154,6 +156,8 @@ def _asked(front, unhidden, asks: Asks) -> list[mi.Float]:
     """
     found = _open(_counting(front, COUNTS), asks, asks.point)
     seen = [dr.select((found >> k & 1) == 1, weight, 0) for k, weight in enumerate(front)]
+    if asks.air is None:
+        return seen
     lost = sum(seen) < FOLDED * sum(unhidden)
     found = _open(dr.select(lost, _counting(unhidden, ASKED), mi.UInt32(0)), asks, asks.air)
     out = []
