@@ -14,6 +14,10 @@ SHARE_OF_EXTENT = 1 / 200
 """Measured: hits on triangles as large as the scene are 3e-8 of its extent off, and no ray met its own
 triangle again down to a share of 1/1000.
 """
+SHARE_OF_EPSILON = 1 / 4
+"""Mitsuba's whole, 1500 roundings, moves the edges of shadows by millimetres where a scene of kilometres lies to one side of
+the origin: a mean FLIP of 0.0008 in `house`, and 0.0002 with this.
+"""
 
 
 @dataclass
@@ -80,7 +84,7 @@ def frame(normal: mi.Normal3f) -> mi.Frame3f:
 def slack(position: mi.Point3f, extent: mi.Float) -> mi.Float:
     """How far from a surface rays start that leave it [m], (N,).
 
-    Mitsuba's epsilon times the largest coordinate, and times a share of the scene's extent, for where
+    A share of Mitsuba's epsilon times the largest coordinate, and a share of the scene's extent, for where
     large triangles pass by the origin. Mitsuba has 1 [m] in place of that share, which in a scene of ten
     centimetres passes over things, and in one of kilometres is less than the error.
 
@@ -88,4 +92,4 @@ def slack(position: mi.Point3f, extent: mi.Float) -> mi.Float:
         position: (N,) on surfaces [m].
         extent: (1,) the largest coordinate in the scene [m].
     """
-    return mi.math.RayEpsilon * (extent * SHARE_OF_EXTENT + largest(dr.abs(position)))
+    return mi.math.RayEpsilon * (extent * SHARE_OF_EXTENT + largest(dr.abs(position)) * SHARE_OF_EPSILON)
