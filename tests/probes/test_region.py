@@ -6,7 +6,7 @@ import pytest
 
 import ddgi
 from ddgi.probes import region
-from ddgi.probes.region import _further, _grown, _trimmed
+from ddgi.probes.region import _evened, _further, _grown, _trimmed
 from ddgi.scene.camera import look_at
 from probing import diffuse, load, rgb, small
 
@@ -114,6 +114,19 @@ def test_moves_along_with_the_scene():
         scene = load({"type": "scene", **room(*(ROOM + by), "room"), "lamp": lamp})
         boxes.append(found(scene, look_at(by + eye, by + target)) - by)
     assert np.allclose(*boxes, atol=0.02)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_ends_lie_at_even_places_whatever_the_unit(scale):
+    """So that a path more or less moves none; never inwards, nor by more than a sixty-fourth."""
+    ends, start, longest = np.array([1.234, 7.1]), -40.0, 80.0
+    found = np.array(
+        [_evened(tuple(scale * (ends + d)), scale * start, scale * longest) for d in (0, 1e-3, -1e-3)]
+    )
+    np.testing.assert_allclose(found[1:], found[:1].repeat(2, 0), rtol=1e-9)
+    outward = (found[0] / scale - ends) * [-1, 1]
+    assert (outward >= 0).all()
+    assert (outward <= (ends[1] - ends[0]) / 64).all()
 
 
 def test_grows_to_all_of_what_is_even():

@@ -107,6 +107,40 @@ def test_where_probes_in_front_do_not_see_one_another_rays_decide():
         assert asked(across_x, place, up, wall.tracer) < np.mean([2.0**k for k in probes]) * 1.001
 
 
+def shares_under(size, x, y, z):
+    """What the probes count for a floor in one cell, of which it hides the lower half, under a small sheet; it is seen from above."""
+    small_sheet = sheet(to_world=mi.ScalarTransform4f().translate([x, y, z]).scale([size, size, 1]))
+    below = sheet(
+        to_world=mi.ScalarTransform4f().translate([0, 0, -3]).scale([9, 9, 1])
+    )  # the origin stays where it is
+    scene = scene_of(sheet=small_sheet, below=below)
+    s = small(
+        query_sight="rays", query_visibility=False, query_crush=0.0
+    )  # with a bias: maps are asked from 0.36 m up
+    vol = hand_made(lattice((2, 2, 2)), s, np.ones((8, 3)))
+    vol.sight = mi.UInt32(ACROSS_Z)
+    up = np.array([[0, 0, 1.0]])
+    at = receiver(np.array([[0.5, 0.5, 0.05]]), up, up, [True])
+    found = query.shares(vol, at, s.volume, s.query, scene.tracer)
+    assert [int(number[0]) for number, _ in found] == list(range(8))
+    return np.array([float(share[0]) for _, share in found])
+
+
+def test_what_hides_a_probe_from_the_very_point_counts_though_the_air_before_it_sees_it():
+    # Halfway up to 0.2 m, on the way to the probe (1, 1, 1) alone.
+    found = shares_under(0.03, 0.579, 0.579, 0.2)
+    assert found[7] == 0
+    assert found[4:7] == pytest.approx(found[4], rel=1e-4)
+    assert found[4] > 0.2
+
+
+def test_a_point_from_which_nothing_is_seen_asks_from_the_air():
+    """As in the folds of a curtain."""
+    free = shares_under(0.03, 5, 5, 0.2)
+    assert shares_under(0.2, 0.5, 0.5, 0.1) == pytest.approx(free, rel=1e-4)
+    assert free[4:].sum() > 0.9
+
+
 def test_a_point_that_no_probe_sees_is_lit_like_the_air_before_it():
     """All probes of its cell stand behind it: it reads the cell that its viewer looks through."""
     s = small(query_bias="off", query_visibility=False, query_crush=0.0)
