@@ -101,7 +101,7 @@ PICTURE = {
     "tone.curve": ("linear", {}),
 }
 # Shown by tests of their own, below.
-ELSEWHERE = {"grid.memory_limit", "picture.layers"}
+ELSEWHERE = {"grid.memory_limit", "picture.layers", "relocation.rejects"}
 
 
 def every_field():
@@ -206,6 +206,18 @@ def test_the_memory_limit_refuses(scene):
     IrradianceField.fit(scene, s)
     with pytest.raises(SettingsError, match="memory_limit"):
         IrradianceField.fit(scene, changed(s, grid_memory_limit=2.0))
+
+
+def test_moves_beyond_a_limit_reject_what_was_gathered(scene):
+    ages = []
+    for limit in (0.0, 1.0):
+        s = base({"relocation_rejects": limit, "states_method": "off", "blend_warm_up": 0})
+        field = IrradianceField.fit(scene, changed(s, relocation_method="off"))
+        field = update(scene.tracer, scene.lights, field, clock(s.seed, 0), s)
+        s = changed(s, relocation_method="scale", relocation_clearance=0.5)
+        ages.append(np.array(field.relocate(scene, s).volumes[0].age))
+    assert (ages[0] == 0).any()
+    assert (ages[1] == 1).all()
 
 
 def test_layers_are_kept_when_asked_for(scene):

@@ -6,14 +6,15 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from ddgi import frame
 from ddgi.errors import SettingsError
 from ddgi.probes import receivers, region, relocation
-from ddgi.probes.field import IrradianceField
+from ddgi.probes.field import IrradianceField, irradiance_map
 from ddgi.probes.relocation import Settings, relocate
 from ddgi.probes.surroundings import look_around
 from ddgi.scene.camera import look_at
 from ddgi.settings import RenderSettings
-from probing import dark_light, diffuse, lattice, load, small
+from probing import changed, dark_light, diffuse, lattice, load, small
 
 METHODS = ("receivers", "scale", "mff")
 HOW = {
@@ -261,3 +262,46 @@ def test_published_presets_place_as_their_papers():
         "default": "receivers", "scale": "scale", "mff": "mff", "blog": "off", "ctu": "off", "classic": "off",
     }  # fmt: skip
     assert relocation.Settings().limit < 0.5
+
+
+def test_relocating_a_field_places_as_fitting_does_and_forgets_only_what_was_moved():
+    scene, cameras = in_a_room(pillar=box((-0.6, 0, -0.6), (0.6, 3, 0.6))), cameras_in_it()
+    scene = replace(scene, cameras=cameras)
+    s = small(
+        states_method="off", blend_warm_up=4, grid_counts=(6, 4, 6), relocation_method="off",
+        gather_energy_preservation=0.0,
+    )  # fmt: skip
+    field = IrradianceField.fit(scene, s)
+    for tick in range(6):
+        field = frame.updated(scene, field, tick, s)
+    before = irradiance_map(field, s)
+    s = changed(s, relocation_method="scale", relocation_clearance=0.3, relocation_iterations=5)
+    field, fitted = field.relocate(scene, s), IrradianceField.fit(scene, s)
+    grid = field.volumes[0].grid
+    np.testing.assert_allclose(grid.offsets(), fitted.volumes[0].grid.offsets(), atol=1e-6)
+    np.testing.assert_array_equal(np.array(field.volumes[0].sight), np.array(fitted.volumes[0].sight))
+    moved = (np.abs(grid.offsets()) > s.relocation.rejects * np.ravel(grid.spacing)).any(-1)
+    assert 0 < moved.sum() < grid.size
+    # Light of another colour shows what is left of before.
+    vol = field.volumes[0]
+    stained = replace(field, volumes=[replace(vol, irradiance=vol.irradiance * 0 + 1e4)])
+    after = irradiance_map(frame.updated(scene, stained, 6, s), s).max((1, 2, 3))
+    assert (after[moved] < 100).all()
+    assert (after[~moved] > 100).all()
+    assert before.max() < 100
+
+
+def test_relocating_keeps_awake_what_is_awake():
+    """Only those that wake up by it are new."""
+    scene = replace(in_a_room(), cameras=cameras_in_it())
+    s = small(grid_counts=(9, 9, 9), blend_warm_up=4)
+    field = IrradianceField.fit(scene, s)
+    for tick in range(3):
+        field = frame.updated(scene, field, tick, s)
+    vol, again = field.volumes[0], field.relocate(scene, s).volumes[0]
+    assert vol.states is not None
+    np.testing.assert_array_equal(np.array(vol.states.code), np.array(again.states.code))
+    np.testing.assert_array_equal(np.array(vol.age), np.array(again.age))
+    asked = field.relocate(scene, changed(s, states_method="off")).volumes[0]
+    assert asked.states is None
+    assert asked.awake.count == asked.grid.size

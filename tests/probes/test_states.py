@@ -41,7 +41,7 @@ def classified(scene, method, origin=(-1.0, -1.3, -1.0), counts=(3, 5, 3), **mor
     """States of probes a metre apart, by their planes of equal height, lowest first."""
     s = small(states_method=method, grid_counts=counts, **more)
     vol = volume.allocate(lattice(counts, origin), s.volume, 8, 4096)
-    vol = states.classify(vol, scene.tracer, NOBODY, s.states)
+    vol = states.classify(vol, scene.tracer, NOBODY, s.states, 0)
     if vol.states is None:
         return None, vol, s
     return np.array(vol.states.code).reshape(counts[::-1]).transpose(1, 0, 2).reshape(counts[1], -1), vol, s
@@ -100,8 +100,10 @@ def test_points_that_cameras_see_keep_probes_awake():
     _, vol, s = classified(scene, "off", states_rays=8)
     at = np.array([[0.1, 0.002, 0.2]], np.float32)
     seen = Seen(at, np.array([[0, 1, 0]], np.float32), np.ones(1, np.float32))
-    unseen = states.classify(vol, scene.tracer, NOBODY, replace(s.states, method="cells"))
-    codes = np.array(states.classify(vol, scene.tracer, seen, replace(s.states, method="cells")).states.code)
+    unseen = states.classify(vol, scene.tracer, NOBODY, replace(s.states, method="cells"), 0)
+    codes = np.array(
+        states.classify(vol, scene.tracer, seen, replace(s.states, method="cells"), 0).states.code
+    )
     assert unseen.states is None, "none sees it, so all stay awake"
     assert (
         codes == NEWLY_VIGILANT

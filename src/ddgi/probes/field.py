@@ -56,11 +56,8 @@ class IrradianceField:
             found = _walls(scene, seen, box)
         layout = grid.fit(box, replace(settings.grid, box=None), found)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
-        layout = relocation.relocate(scene.tracer, layout, seen, settings.relocation)
-        open_ways = sight.look(scene.tracer, layout)
-        vol = replace(vol, grid=layout, exponent=query.lookup_exponent(settings.query), sight=open_ways)
-        vol = states.classify(vol, scene.tracer, seen, settings.states)
-        return IrradianceField([vol], dr.opaque(mi.UInt32, 0))
+        vol = replace(vol, exponent=query.lookup_exponent(settings.query))
+        return IrradianceField([_placed(vol, scene, seen, settings)], dr.opaque(mi.UInt32, 0))
 
     def check(self, settings: RenderSettings) -> None:
         """See that the maps are what the settings say; read otherwise they would show nonsense.
@@ -98,6 +95,20 @@ class IrradianceField:
         here = [moved(box, (-x, -y, -z)) for box in boxes]
         return replace(self, volumes=[states.wake(vol, here, settings) for vol in self.volumes])
 
+    def relocate(self, scene: Scene, settings: RenderSettings) -> IrradianceField:
+        """The field with its probes placed anew, as `fit` places them in the same grid, for the scene as it is now.
+
+        After what stands in it has changed, or `relocation` and `states` settings. Which probes see one another and
+        which are asleep is found anew too. Probes keep what they gathered, but those that are moved farther than
+        `relocation.rejects`.
+
+        Args:
+            scene: The scene, with the cameras that are to be served.
+            settings: Those of the frames to come.
+        """
+        seen = region.look(scene.tracer, scene.cameras)
+        return replace(self, volumes=[_placed(vol, scene, seen, settings) for vol in self.volumes])
+
     def reset(self) -> IrradianceField:
         """The same field warming up again: after a change too large for hysteresis to follow.
 
@@ -106,6 +117,16 @@ class IrradianceField:
         return replace(
             self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0, v.grid.size)) for v in self.volumes]
         )
+
+
+def _placed(vol: ProbeVolume, scene: Scene, seen: region.Seen, settings: RenderSettings) -> ProbeVolume:
+    """The volume with its probes where they are to stand, what they see of one another, and what they are to do."""
+    before, s = vol.grid.offsets(), settings.relocation
+    layout = relocation.relocate(scene.tracer, replace(vol.grid, offset=None), seen, s)
+    moved = np.abs(layout.offsets() - before) > s.rejects * np.ravel(layout.spacing)
+    vol = replace(vol, grid=layout, sight=sight.look(scene.tracer, layout))
+    vol = vol.renewed(moved.any(-1), settings.blend.warm_up)
+    return states.classify(vol, scene.tracer, seen, settings.states, settings.blend.warm_up)
 
 
 def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:

@@ -4,7 +4,8 @@ As published, SCALE 5 moves a probe that sees many back faces through the neares
 to a front away from it; MFF 3.3.1 tries places along the axes of the grid, and knows of the geometry only
 whether a probe is inside. Both trust that surfaces face outwards. Ours does not: `receivers.py`.
 
-Only what stands still moves probes, so they are placed once, when the field is fitted.
+Only what stands still moves probes, so they are placed when the field is fitted, and again when it is asked for
+(`IrradianceField.relocate`).
 """
 
 from __future__ import annotations
@@ -58,6 +59,13 @@ class Settings:
         Interval(ge=0, lt=1),
         Doc("mff: share of the old certainty that a probe is dead which stays at each iteration (MFF 3.4)"),
     ] = 0.5
+    rejects: Annotated[
+        float,
+        Interval(ge=0, le=1),
+        Doc(
+            "a probe that `IrradianceField.relocate` moves farther than that, along any axis, keeps nothing of what it gathered where it stood [spacings]"
+        ),
+    ] = 0.05
 
 
 INSIDE = 0.25

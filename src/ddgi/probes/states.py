@@ -78,17 +78,20 @@ class Settings:
     ] = 60
 
 
-def classify(vol: ProbeVolume, tracer: Tracer, seen: Seen, s: Settings) -> ProbeVolume:
-    """The volume with the states of probes that were never updated (SCALE listing 5).
+def classify(vol: ProbeVolume, tracer: Tracer, seen: Seen, s: Settings, warm_up: int) -> ProbeVolume:
+    """The volume with the states of its probes found anew (SCALE listing 5).
 
     Args:
-        vol: Its probes stand where they are to stand.
+        vol: Its probes stand where they are to stand. Those that are up already are not new again.
         tracer: The scene.
         seen: Surfaces that light reaches on its way to the cameras (`region.look`).
         s: How.
+        warm_up: Updates before means begin (`blend.warm_up`).
     """
+    size = vol.grid.size
+    everyone = replace(vol, states=None, awake=Awake(size), grid=vol.grid.giving_light(np.ones(size, bool)))
     if s.method == "off":
-        return vol
+        return everyone
     useful, dead = _judged(tracer, vol.grid, np.ones(vol.grid.size, bool), s.rays, s)
     if s.method == "cells":
         # What cameras see may be too thin for rays in all directions to meet.
@@ -96,8 +99,12 @@ def classify(vol: ProbeVolume, tracer: Tracer, seen: Seen, s: Settings) -> Probe
         dead &= ~useful
     up = AWAKE if s.method == "ctu" else NEWLY_VIGILANT
     code = np.where(dead, OFF, np.where(useful, up, SLEEPING))
-    # Nothing that a probe could light: all stay awake, and show what little there is.
-    return vol if (code <= SLEEPING).all() else _with(vol, code, np.zeros_like(code), s, 0)
+    if (code <= SLEEPING).all():
+        return everyone  # nothing that a probe could light: all show what little there is
+    if vol.states is not None:
+        before = np.array(vol.states.code).astype(int)
+        code = np.where((before > SLEEPING) & (code > SLEEPING), before, code)
+    return _with(vol, code, np.zeros_like(code), s, warm_up)
 
 
 def attend(vol: ProbeVolume, tracer: Tracer, tick: int, settings: RenderSettings) -> ProbeVolume:
@@ -206,10 +213,7 @@ def _with(vol: ProbeVolume, code: np.ndarray, quiet: np.ndarray, s: Settings, wa
     gives_light = code > (OFF if s.method == "ctu" else SLEEPING)
     states = States(own_numbers(code), own_numbers(quiet), own_numbers(_stand_ins(vol.grid, gives_light)))
     new = (code == NEWLY_AWAKE) | (code == NEWLY_VIGILANT)
-    # What is new keeps nothing of before (SCALE 6.3): it is where the warm-up ends and means begin.
-    age = np.array(vol.age).astype(int)
-    age = np.where(new, min(age.max(), max(warm_up - 1, 0)), age)
-    vol = replace(vol, states=states, age=own_numbers(age), grid=vol.grid.giving_light(gives_light))
+    vol = replace(vol.renewed(new, warm_up), states=states, grid=vol.grid.giving_light(gives_light))
     return _listed(vol, s)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import drjit as dr
@@ -12,6 +12,7 @@ from annotated_types import Gt, Interval
 from typing_extensions import Doc
 
 from ddgi.errors import SettingsError
+from ddgi.own_memory import own_numbers
 from ddgi.probes import formats
 from ddgi.probes.awake import SLEEPING, Awake, States
 from ddgi.probes.grid import ProbeGrid
@@ -71,6 +72,14 @@ class ProbeVolume:
     def awake_count(self) -> int:
         """Number of probes that are neither asleep nor off."""
         return self.grid.size if self.states is None else int((np.array(self.states.code) > SLEEPING).sum())
+
+    def renewed(self, which: np.ndarray, warm_up: int) -> ProbeVolume:
+        """The volume of which some probes keep nothing of what they have at their next update (SCALE 6.3).
+
+        which: (P,) bool. warm_up: Updates before means begin (`blend.warm_up`): that is where they start.
+        """
+        age = np.array(self.age).astype(int)
+        return replace(self, age=own_numbers(np.where(which, min(age.max(), max(warm_up - 1, 0)), age)))
 
     def reach(self, s: Settings) -> mi.Float:
         """The longest distance kept [m], (1,): the unit of the distance map."""
