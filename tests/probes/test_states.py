@@ -117,7 +117,7 @@ def test_what_nobody_is_near_stays_awake():
         _, vol, _ = classified(scene, "off")
         s = small(states_method=method)
         vol = states.classify(
-            replace(vol, grid=lattice((3, 5, 3), (5000, 0, 5000))), scene.tracer, NOBODY, s.states
+            replace(vol, grid=lattice((3, 5, 3), (5000, 0, 5000))), scene.tracer, NOBODY, s.states, 0
         )
         assert vol.states is None
         assert vol.awake.count == 45
