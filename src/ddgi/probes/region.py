@@ -40,7 +40,7 @@ THIN = 0.07
 Measured: from 0.1 upwards beyond doors and in corridors that light comes through, 0.06 and less
 outside the windows of `classroom`, `dream-apartment` and `house`.
 """
-EVEN = 1 / 64
+EVEN = 1 / 256
 """Ends lie at multiples of a step, at most that much of the box around all but its outer light: a single path more or
 less, as of the same scene in other units, then moves none.
 """
