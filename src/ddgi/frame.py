@@ -184,7 +184,7 @@ def take_picture(
     surface = gbuffer(tracer, camera, time, s.gbuffer)
     by = Illumination(tracer, lights, field.volumes[0], time, s.gather, s.direct, s.query, s.volume)
     there = around(by, surface, whole=True)
-    ambient = query.irradiance_by(there.probes, by.vol, there.at, s.volume, s.query)
+    ambient = query.irradiance_by(by.vol, there.at, there.probes, s.volume, s.query)
     near = nearby(by, surface, there, s.contact)
     reflections = mirrored(by, surface, ambient, s.gloss) if tracer.shining else None
     shaded = shade(tracer, lights, surface, tracer.shining, time, s.direct, ambient + near, reflections)

@@ -127,13 +127,13 @@ def around(by: Illumination, surface: Surface, *, whole: bool = False) -> Around
 
 def from_field(by: Illumination, there: Around) -> mi.Color3f:
     """Irradiance E [W/m^2] of last frame's field, as much as one bounce hands on (CTU 4.4). (N,)."""
-    e = query.irradiance_by(there.probes, by.vol, there.at, by.layout, by.query, there.tap)
+    e = query.irradiance_by(by.vol, there.at, there.probes, by.layout, by.query, there.tap)
     return e * by.gather.energy_preservation
 
 
 def known(by: Illumination, there: Around, direction: mi.Vector3f) -> mi.Color3f:
     """Radiance [W/(m^2 sr)] that the probes around surfaces saw in a direction. (N,)."""
-    return query.radiance_by(there.probes, by.vol, there.at, direction, by.layout, there.tap)
+    return query.radiance_by(by.vol, there.at, there.probes, direction, by.layout, there.tap)
 
 
 def reflected(surface: Surface, irradiance: mi.Color3f) -> mi.Color3f:

@@ -130,7 +130,7 @@ def irradiance(
     Returns:
         (N,) irradiance; a field of constant radiance L gives pi L.
     """
-    return irradiance_by(shares(vol, at, layout, s, tracer, tap), vol, at, layout, s, tap)
+    return irradiance_by(vol, at, shares(vol, at, layout, s, tracer, tap), layout, s, tap)
 
 
 Shares: TypeAlias = "list[tuple[mi.UInt32, mi.Float]]"
@@ -138,14 +138,14 @@ Shares: TypeAlias = "list[tuple[mi.UInt32, mi.Float]]"
 
 
 def irradiance_by(
-    probes: Shares,
     vol: ProbeVolume,
     at: Receiver,
+    probes: Shares,
     layout: volume.Settings,
     s: Settings,
     tap: mi.Point2f | None = None,
 ) -> mi.Color3f:
-    """`irradiance` of points whose probes are known."""
+    """Irradiance E [W/m^2] of points whose probes are known, (N,): `irradiance` by their `shares`."""
     towards = texel_at(direction_to_square(at.normal), layout.irradiance_size, tap)
     fmt = formats.IRRADIANCE[layout.irradiance_format]
     mean = mi.Color3f(0)
@@ -158,19 +158,13 @@ def alone(
     vol: ProbeVolume, at: Receiver, probes: Shares, layout: volume.Settings, s: Settings
 ) -> list[mi.Color3f]:
     """Irradiance E [W/m^2] that points would have from each of their probes alone. 8 x (N,)."""
-    towards = texel_at(direction_to_square(at.normal), layout.irradiance_size)
-    fmt = formats.IRRADIANCE[layout.irradiance_format]
-    found = []
-    for probe, _ in probes:
-        mean = _interpolate(fmt, vol.irradiance, layout.irradiance_size, probe, towards, at.active)
-        found.append(dr.pi * (dr.square(mean) if s.sqrt_blending else mean))
-    return found
+    return [irradiance_by(vol, at, [(probe, mi.Float(1))], layout, s) for probe, _ in probes]
 
 
 def radiance_by(
-    probes: Shares,
     vol: ProbeVolume,
     at: Receiver,
+    probes: Shares,
     direction: mi.Vector3f,
     layout: volume.Settings,
     tap: mi.Point2f | None = None,

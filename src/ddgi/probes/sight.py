@@ -49,9 +49,7 @@ class Asks:
 
     tracer: Tracer
     point: mi.Point3f  # (N,) just off the surface [m]
-    air: (
-        mi.Point3f | None
-    )  # (N,) further off, where distance maps are asked [m]; None: it is in the air itself
+    air: mi.Point3f | None  # (N,) further off, from where maps are asked [m]; None: it is itself in the air
     grid: ProbeGrid
     first: mi.UInt32  # (N,) first probe of the cell
     to_first: mi.Vector3f  # (N,) from the point to its place [m]
