@@ -60,7 +60,7 @@ def find(scene: Scene, *, indoors: bool = False) -> Viewpoint:
     ]
     if not view.lit:
         notes.append(
-            "no light comes from what the camera sees: it is black, or in the dark as in a room whose windows are solid: add a lamp (--point), or look elsewhere (--look)"
+            "no light comes from what the camera sees: it is black, or in the dark as in a room whose windows are solid: make their panes clear (--clear), add a lamp (--point), or look elsewhere (--look)"
         )
     return Viewpoint(camera, tuple(notes))
 
