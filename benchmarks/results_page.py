@@ -150,7 +150,7 @@ def relocation(rows: Rows) -> str:
 
     def cell(r: dict[str, Any], name: str) -> str:
         found = r[name]
-        rest = " / ".join(f"{100 * found[kind]['mean']:.1f}" for kind in ("leak", "dark"))
+        rest = " / ".join(f"{100 * found[kind]:.1f}" for kind in ("leak", "dark"))
         return f"{found['flip_mean']:.3f} ({rest} %, {100 * found['moved']:.0f} %)"
 
     lines = [[name, *(cell(r, name) for r in rows)] for name in names]

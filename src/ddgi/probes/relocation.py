@@ -2,7 +2,7 @@
 
 As published, SCALE 5 moves a probe that sees many back faces through the nearest of them, and one close
 to a front away from it; MFF 3.3.1 tries places along the axes of the grid, and knows of the geometry only
-whether a probe is inside. Both trust that surfaces face outwards. Ours does not: `receivers.py`.
+whether a probe is inside. Both trust that surfaces face outwards. Ours does not: `placement.py`.
 
 Only what stands still moves probes, so they are placed when the field is fitted, and again when it is asked for
 (`IrradianceField.relocate`).
@@ -19,7 +19,7 @@ from annotated_types import Interval
 from typing_extensions import Doc
 
 from ddgi import sampling
-from ddgi.probes import receivers
+from ddgi.probes import placement
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.region import Seen
 from ddgi.probes.surroundings import Surroundings, look_around
@@ -47,7 +47,7 @@ class Settings:
         float,
         Interval(ge=0, le=1),
         Doc("surfaces closer to a probe than that are too near, in the smallest spacing"),
-    ] = 0.06
+    ] = 0.05
     iterations: Annotated[
         int, Interval(ge=1, le=1024), Doc("how often each probe may move; 5 in SCALE, one a frame in MFF")
     ] = 2
@@ -100,7 +100,7 @@ def relocate(tracer: Tracer, grid: ProbeGrid, seen: Seen, s: Settings) -> ProbeG
     spacing = np.ravel(grid.spacing).astype(float)
     if s.method == "receivers":
         clearance = s.clearance * spacing.min()
-        return grid.moved_by(receivers.place(tracer, grid, seen, s.limit, clearance, s.iterations))
+        return grid.moved_by(placement.place(tracer, grid, seen, s.limit, clearance, s.iterations))
     place = np.array(grid.place(dr.arange(mi.UInt32, grid.size)), float).T
     return grid.moved_by({"scale": _scale, "mff": _mff}[s.method](tracer, place, spacing, s))
 
