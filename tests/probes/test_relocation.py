@@ -8,7 +8,7 @@ import pytest
 
 from ddgi import frame
 from ddgi.errors import SettingsError
-from ddgi.probes import receivers, region, relocation
+from ddgi.probes import openness, placement, receivers, region, relocation
 from ddgi.probes.field import IrradianceField, irradiance_map
 from ddgi.probes.relocation import Settings, relocate
 from ddgi.probes.surroundings import look_around
@@ -200,6 +200,24 @@ def test_a_clearance_keeps_probes_off_surfaces():
     scene = in_a_room(table=box((0.5, 0.5, 0.5), (1.5, 0.97, 1.5)))
     near, clear = (moved(scene, settings("receivers", clearance=c))[13] for c in (0.0, 0.12))
     assert clear[1] > near[1] + 0.05
+
+
+def test_a_probe_leaves_a_slit_for_the_room_that_its_receivers_have(monkeypatch):
+    """The probe between two boards is seen from the room's walls, but sees little of what they see."""
+    boards = {
+        "left": box((0.85, 0.7, 0.7), (0.9, 1.3, 1.3)),
+        "right": box((1.1, 0.7, 0.7), (1.15, 1.3, 1.3)),
+    }
+    scene, grid = in_a_room(**boards), lattice()
+
+    def room(offset):
+        at = mi.Point3f(stand(offset)[[13]].T)
+        return np.array(openness.of_places(scene.tracer, at, placement.NEARBY).facing).min()
+
+    there = moved(scene, settings("receivers", clearance=0.0))
+    monkeypatch.setattr(placement, "UNLIKE", 0.0)
+    here = moved(scene, settings("receivers", clearance=0.0))
+    assert room(there) > room(here) + 0.05
 
 
 @pytest.mark.parametrize("counts", [(2, 2, 2), (2, 5, 2)])

@@ -28,7 +28,7 @@ from ddgi.trace.tracer import Tracer
 
 LITTLE = 0.01
 """What a point has that no probe sees, in trilinear weights."""
-UNLIKE = 20.0
+UNLIKE = 10.0
 """What it costs, per squared logarithm, that probes have more or less room ahead than the points they serve."""
 UTTERLY = 1.5
 """Logarithm beyond which they are no more unlike."""
