@@ -208,7 +208,7 @@ def test_a_probe_leaves_a_slit_for_the_room_that_its_receivers_have(monkeypatch)
         "left": box((0.85, 0.7, 0.7), (0.9, 1.3, 1.3)),
         "right": box((1.1, 0.7, 0.7), (1.15, 1.3, 1.3)),
     }
-    scene, grid = in_a_room(**boards), lattice()
+    scene = in_a_room(**boards)
 
     def room(offset):
         at = mi.Point3f(stand(offset)[[13]].T)
