@@ -32,6 +32,8 @@ UNLIKE = 10.0
 """What it costs, per squared logarithm, that probes have more or less room ahead than the points they serve."""
 UTTERLY = 1.5
 """Logarithm beyond which they are no more unlike."""
+UNSEEN = 1.0
+"""The same, of points that no probe sees."""
 NEARBY = 0.25
 """Surfaces at that distance take half of the room, in the smallest spacing."""
 SLIGHT = 0.02
@@ -178,14 +180,21 @@ class _Search:
         return self._worth(at.near, weight + at.weight, dr.fma(at.weight, at.room, room), at.number)
 
     def _worth(self, near: mi.Float, weight: mi.Float, room: mi.Float, number: mi.UInt32) -> mi.Float:
-        """Means over rows of how well receivers are served. (N R,); result: (N,).
+        """How well receivers are served, means over rows.
 
-        near: Trilinear weight of the probe; weight: all counts; room: times counts; number: of receivers.
+        Args:
+            near: (N R,) trilinear weights of the row's probe; 0 where there is no receiver.
+            weight: (N R,) what all probes of the cell count for the receiver.
+            room: (N R,) sums of counts times the room ahead of those probes.
+            number: (N R,) of the receivers.
+
+        Returns:
+            (N,).
         """
         own = dr.gather(mi.Float, self.room, number)
         seen = room / at_least(weight, 1e-6)
         unlike = at_most(dr.abs(dr.log((seen + SLIGHT) / (own + SLIGHT))), UTTERLY)
-        unlike = dr.select(weight > 0, unlike, 1)
+        unlike = dr.select(weight > 0, unlike, UNSEEN)
         served = dr.log(LITTLE + weight) - UNLIKE * dr.square(unlike)
         many = at_least(dr.block_sum(dr.select(near > 0, mi.Float(1), mi.Float(0)), ROW), 1)
         return dr.block_sum(dr.select(near > 0, served, 0), ROW) / many

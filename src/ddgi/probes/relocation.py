@@ -34,7 +34,7 @@ class Settings:
     method: Annotated[
         Literal["receivers", "scale", "mff", "off"],
         Doc(
-            "to where surfaces that light reaches see them; out of what they see from behind, and away from near fronts "
+            "to where surfaces that light reaches see them and have as much room ahead; out of what they see from behind, and away from near fronts "
             "(SCALE 5); along the axes until they are out (MFF 3.3.1); or nowhere"
         ),
     ] = "receivers"
