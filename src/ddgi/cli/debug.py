@@ -46,3 +46,4 @@ def debug(
         progress.phase("drawing")
         picture = DRAWN[view](seen)
         save_display(output, picture)
+    click.echo(f"wrote {output}: {view}; docs/debug.md says what the colours mean")

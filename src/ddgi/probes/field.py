@@ -45,7 +45,10 @@ class IrradianceField:
         _check_contact(settings)
         asked = settings.grid.box or scene.box
         if asked and not all(a <= d and c <= b for a, b, c, d in zip(*asked, *scene.bounds, strict=True)):
-            raise SettingsError(f"grid.box {asked} lies wholly outside the scene, {scene.bounds}")
+            asked_for, all_there = (
+                " to ".join(_in_short(corner) for corner in box) for box in (asked, scene.bounds)
+            )
+            raise SettingsError(f"grid.box, {asked_for}, lies wholly outside the scene, {all_there} [m]")
         here = -scene.origin[0], -scene.origin[1], -scene.origin[2]
         seen = region.look(scene.tracer, scene.cameras)
         if asked:
@@ -117,6 +120,11 @@ class IrradianceField:
         return replace(
             self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0, v.grid.size)) for v in self.volumes]
         )
+
+
+def _in_short(corner: Sequence[float]) -> str:
+    """A point as messages have it."""
+    return f"({', '.join(f'{x:.4g}' for x in corner)})"
 
 
 def _placed(vol: ProbeVolume, scene: Scene, seen: region.Seen, settings: RenderSettings) -> ProbeVolume:
