@@ -77,7 +77,7 @@ def test_the_volume_is_that_of_the_field():
     scene, settings = load("cornell-point"), small(volume_irradiance_format="float16")
     volume, field = survey(scene, settings).volume, ddgi.IrradianceField.fit(scene, settings)
     grid = field.volumes[0].grid
-    corners = grid.position(mi.UInt32([0, grid.size - 1]))
+    corners = grid.place(mi.UInt32([0, grid.size - 1]))
     assert np.allclose(np.array(corners).T, volume.box)
     assert (volume.counts, volume.probes) == ((4, 4, 4), 64)
     assert (

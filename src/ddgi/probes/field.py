@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -45,9 +46,7 @@ class IrradianceField:
         _check_contact(settings)
         asked = settings.grid.box or scene.box
         if asked and not all(a <= d and c <= b for a, b, c, d in zip(*asked, *scene.bounds, strict=True)):
-            asked_for, all_there = (
-                " to ".join(_in_short(corner) for corner in box) for box in (asked, scene.bounds)
-            )
+            asked_for, all_there = _in_short(asked), _in_short(scene.bounds)
             raise SettingsError(f"grid.box, {asked_for}, lies wholly outside the scene, {all_there} [m]")
         here = -scene.origin[0], -scene.origin[1], -scene.origin[2]
         seen = region.look(scene.tracer, scene.cameras)
@@ -122,9 +121,12 @@ class IrradianceField:
         )
 
 
-def _in_short(corner: Sequence[float]) -> str:
-    """A point as messages have it."""
-    return f"({', '.join(f'{x:.4g}' for x in corner)})"
+def _in_short(box: Box) -> str:
+    """A box as messages have it: to a thousandth of its size, however far out it lies."""
+    low, high = np.array(box)
+    size = max(float((high - low).max()), np.finfo(float).tiny)
+    decimals = 3 - math.ceil(math.log10(size))
+    return " to ".join(f"({', '.join(f'{round(x, decimals):.15g}' for x in corner)})" for corner in (low, high))
 
 
 def _placed(vol: ProbeVolume, scene: Scene, seen: region.Seen, settings: RenderSettings) -> ProbeVolume:
