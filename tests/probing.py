@@ -199,7 +199,9 @@ def sphere_points(count: int, seed: int = 1) -> np.ndarray:
     return v / np.linalg.norm(v, axis=1, keepdims=True)
 
 
-def surface_at(position, normal, *, viewer=None, base=1.0, metallic=0.0, alpha=1.0, specular=0.0) -> Surface:
+def surface_at(
+    position, normal, *, viewer=None, base=1.0, metallic=0.0, alpha=1.0, specular=0.0, disney=False
+) -> Surface:
     """A front surface at each point."""
     position = np.asarray(position, np.float64).reshape(-1, 3)
     n = len(position)
@@ -219,6 +221,7 @@ def surface_at(position, normal, *, viewer=None, base=1.0, metallic=0.0, alpha=1
         metallic=dr.full(mi.Float, metallic, n),
         alpha=dr.full(mi.Float, alpha, n),
         specular=dr.full(mi.Float, specular, n),
+        disney=dr.full(mi.Bool, disney, n),
         emission=mi.Color3f(dr.zeros(mi.Float, n)),
     )
 

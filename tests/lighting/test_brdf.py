@@ -1,5 +1,6 @@
 """The GGX lobe: reciprocal, never more than it receives, and the same microfacets as Mitsuba's."""
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -106,38 +107,37 @@ def test_grazing_and_opposite_directions_stay_numbers():
         assert np.isfinite(ggx(view, np.array(light), metallic=1.0, alpha=0.05)).all()
 
 
-def test_lambert_leaves_metals_out():
+@pytest.mark.parametrize("disney", [False, True])
+def test_metals_have_no_matt_part(disney):
+    metal = surface_at(np.zeros((1, 3)), (0, 0, 1), base=0.8, metallic=1.0, disney=disney)
+    assert np.allclose(np.array(brdf.matt(metal, mi.Vector3f(0, 0, 1))), 0)
+    assert np.allclose(np.array(brdf.matt_under_even_light(metal)), 0)
+
+
+def test_lamberts_matt_part():
     surface = surface_at(np.zeros((1, 3)), (0, 0, 1), base=0.8)
-    assert np.allclose(np.array(brdf.lambert(surface)), 0.8 / np.pi)
-    metal = surface_at(np.zeros((1, 3)), (0, 0, 1), base=0.8, metallic=1.0)
-    assert np.allclose(np.array(brdf.lambert(metal)), 0)
+    assert np.allclose(np.array(brdf.matt(surface, mi.Vector3f(0.6, 0, 0.8))), 0.8 / np.pi)
+    assert np.allclose(np.array(brdf.matt_under_even_light(surface)), 0.8 / np.pi)
 
 
-@pytest.mark.parametrize("degrees", [0, 50, 80])
-@pytest.mark.parametrize("material", MATERIALS, ids=str)
-def test_sampled_lobe_is_the_lobe(material, degrees):
-    """Under light L(l) = 1 + l_x + l_z^2 the mean of L times the weight is the integral of f cos L."""
-    n = 1 << 16
-    u = np.random.default_rng(5).random((2, n))
-    view = np.array([np.sin(np.radians(degrees)), 0, np.cos(np.radians(degrees))])
-    surface = surface_at(np.zeros((n, 3)), (0, 0, 1), viewer=view, **material)
-    direction, weight = brdf.sample_ggx(surface, mi.Point2f(u))
-    d, w = np.array(direction, np.float64), np.array(weight, np.float64)[0]
-    assert np.allclose(np.linalg.norm(d, axis=0), 1, atol=1e-4)
-    assert (w >= 0).all()
-    assert (w <= 1 + 1e-5).all()
-    light = lambda d: 1 + d[0] + d[2] ** 2  # noqa: E731
-    sampled = (w * light(d)).mean()
-    # The other way: half vectors by the distribution of facets, of which f cos is known.
-    tan2 = material["alpha"] ** 2 * u[0] / (1 - u[0])
-    cos_h, phi = 1 / np.sqrt(1 + tan2), 2 * np.pi * u[1]
-    sin_h = np.sqrt(1 - cos_h**2)
-    half = np.stack([sin_h * np.cos(phi), sin_h * np.sin(phi), cos_h])
-    v_h = view @ half
-    out = 2 * v_h * half - view[:, None]
-    up = (v_h > 0) & (out[2] > 1e-4)
-    f = ggx(np.tile(view, (up.sum(), 1)), out[:, up].T, **material)
-    a2 = material["alpha"] ** 2
-    density = a2 / np.pi / ((cos_h**2) * (a2 - 1) + 1) ** 2 * cos_h / (4 * np.maximum(v_h, 1e-9))
-    other = (f * out[2, up] / density[up] * light(out[:, up])).sum() / n
-    assert sampled == pytest.approx(other, rel=0.03, abs=2e-3)
+@pytest.mark.parametrize("roughness", [0.2, 0.6, 1.0])
+def test_disneys_matt_part_is_mitsubas(roughness):
+    """`principled` without its gloss (a specular of 0 leaves none)."""
+    view, light = hemisphere(2000, 1), hemisphere(2000, 2)
+    surface = surface_at(
+        np.zeros_like(view), (0, 0, 1), viewer=view, base=0.7, alpha=roughness**2, disney=True
+    )
+    ours = np.array(brdf.matt(surface, mi.Vector3f(points(light))))[0]
+    plugin = mi.load_dict(
+        {
+            "type": "principled",
+            "base_color": {"type": "rgb", "value": 0.7},
+            "roughness": roughness,
+            "specular": 0.0,
+        }
+    )
+    si = dr.zeros(mi.SurfaceInteraction3f, len(view))
+    si.wi = mi.Vector3f(points(view))
+    theirs = np.array(plugin.eval(mi.BSDFContext(), si, mi.Vector3f(points(light))))[0] / light[:, 2]
+    np.testing.assert_allclose(ours, theirs, rtol=2e-3)
+    assert ours.std() > 0.02 * ours.mean(), "it is not Lambert's"

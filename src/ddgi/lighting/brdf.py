@@ -1,4 +1,4 @@
-"""Reflection of light from one direction: Lambert plus a GGX lobe."""
+"""Reflection of light from one direction: a matt part plus a GGX lobe."""
 
 from __future__ import annotations
 
@@ -6,14 +6,29 @@ import drjit as dr
 import mitsuba as mi
 
 from ddgi.extrema import at_least, clamp, largest
+from ddgi.trace import disney
 from ddgi.trace.surface import Surface, frame
 
 NARROWEST = 0.05
 """GGX alpha of the narrowest highlight of a lamp: one without size would else be seen in no pixel, or in one."""
 
 
-def lambert(surface: Surface) -> mi.Color3f:
-    """The Lambertian part of the BRDF [1/sr], (N,); metals have none."""
+def matt(surface: Surface, to_light: mi.Vector3f) -> mi.Color3f:
+    """The matt part of the BRDF [1/sr], (N,): Lambert's or Disney's; metals have none."""
+    n, v = mi.Vector3f(surface.normal), surface.to_viewer
+    light, viewer = (clamp(dr.dot(n, way), 0, 1) for way in (to_light, v))
+    more = disney.towards(light, viewer, dr.dot(v, to_light), dr.sqrt(surface.alpha))
+    return _lambert(surface) * dr.select(surface.disney, more, 1)
+
+
+def matt_under_even_light(surface: Surface) -> mi.Color3f:
+    """The mean of the matt part over light from everywhere, by the cosine [1/sr]. (N,)."""
+    viewer = clamp(dr.dot(mi.Vector3f(surface.normal), surface.to_viewer), 0, 1)
+    more = disney.under_even_light(viewer, dr.sqrt(surface.alpha))
+    return _lambert(surface) * dr.select(surface.disney, more, 1)
+
+
+def _lambert(surface: Surface) -> mi.Color3f:
     return surface.base * ((1 - surface.metallic) * dr.inv_pi)
 
 

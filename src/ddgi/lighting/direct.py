@@ -60,9 +60,10 @@ class Settings:
 
 @dataclass
 class Reflected:
-    """Direct light that leaves N surfaces towards the viewer, by lobe [W/(m^2 sr)]."""
+    """Direct light on N surfaces, and what leaves them towards the viewer, by lobe [W/(m^2 sr)]."""
 
     irradiance: mi.Color3f  # (N,) irradiance E [W/m^2] on the surface
+    matt: mi.Color3f  # (N,) radiance reflected by the matt part
     specular: mi.Color3f  # (N,) radiance reflected by the GGX lobe
 
 
@@ -93,7 +94,7 @@ def direct_light(
         share: How much of every delta light counts here; None: all of it.
         apart: (N,) points whose GGX lobe has the sampled lights from elsewhere; None: all have them from here.
     """
-    out = Reflected(mi.Color3f(0), mi.Color3f(0))
+    out = Reflected(mi.Color3f(0), mi.Color3f(0), mi.Color3f(0))
     out = _add_delta_lights(out, tracer, lights, surface, specular, share)
     sampled = []
     if s.area == "sampled" and lights.area_count:
@@ -127,17 +128,15 @@ def _add_delta_lights(out, tracer, lights, surface, specular, share) -> Reflecte
             out = _add(out, tracer, surface, shone(row, mi.UInt32(number)), specular)
         return out
 
-    def body(number, irradiance, radiance):
+    def body(number, *before):
         light = shone(delta_light(lights.delta, number), number)
-        got = _add(Reflected(irradiance, radiance), tracer, surface, light, specular)
-        return number + 1, got.irradiance, got.specular
+        got = _add(Reflected(*before), tracer, surface, light, specular)
+        return number + 1, got.irradiance, got.matt, got.specular
 
-    width = dr.width(surface.distance)
-    start = (mi.UInt32(0), dr.zeros(mi.Color3f, width), dr.zeros(mi.Color3f, width))
-    _, irradiance, radiance = dr.while_loop(
-        start, lambda number, *_: number < count, body, label="delta lights"
-    )
-    return Reflected(irradiance, radiance)
+    nothing = dr.zeros(mi.Color3f, dr.width(surface.distance))
+    start = (mi.UInt32(0), nothing, nothing, nothing)
+    _, *sums = dr.while_loop(start, lambda number, *_: number < count, body, label="delta lights")
+    return Reflected(*sums)
 
 
 def _area_sample(lights: Lights, surface: Surface, point: mi.Point2f, choice: mi.Float) -> LightSample:
@@ -171,4 +170,5 @@ def _add(
     if specular:
         shown = active if apart is None else active & ~apart
         lobe = lobe + dr.select(shown, brdf.ggx(surface, light.direction) * arriving, mi.Color3f(0))
-    return Reflected(out.irradiance + arriving, lobe)
+    matt = out.matt + brdf.matt(surface, light.direction) * arriving
+    return Reflected(out.irradiance + arriving, matt, lobe)

@@ -51,10 +51,10 @@ def shade(
     if mirrored is None:
         indirect = surface.albedo * ambient * dr.inv_pi
     else:
-        indirect = brdf.lambert(surface) * ambient + mirrored
+        indirect = brdf.matt_under_even_light(surface) * ambient + mirrored
     background = environment_radiance(lights, -surface.to_viewer, ~surface.valid)
     return Shaded(
-        direct=dr.select(surface.lit, brdf.lambert(surface) * arriving.irradiance + arriving.specular, 0),
+        direct=dr.select(surface.lit, arriving.matt + arriving.specular, 0),
         indirect=indirect,
         emission=surface.emission + background,
         irradiance=ambient,

@@ -126,7 +126,9 @@ def _in_short(box: Box) -> str:
     low, high = np.array(box)
     size = max(float((high - low).max()), np.finfo(float).tiny)
     decimals = 3 - math.ceil(math.log10(size))
-    return " to ".join(f"({', '.join(f'{round(x, decimals):.15g}' for x in corner)})" for corner in (low, high))
+    return " to ".join(
+        f"({', '.join(f'{round(x, decimals):.15g}' for x in corner)})" for corner in (low, high)
+    )
 
 
 def _placed(vol: ProbeVolume, scene: Scene, seen: region.Seen, settings: RenderSettings) -> ProbeVolume:

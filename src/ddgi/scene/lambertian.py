@@ -19,6 +19,7 @@ from ddgi.scene.materials import Row, scaled
 from ddgi.scene.plugin_tree import PluginTree
 from ddgi.scene.shapes import Geometry
 from ddgi.scene.textures import VertexValues
+from ddgi.trace import disney
 from ddgi.trace.albedo import rough_share
 
 WRAP_MODES = {code: name for name, code in WRAP.items()}
@@ -54,9 +55,13 @@ def make_lambertian(tree: PluginTree, geometry: Geometry) -> Geometry:
 
 def lambertian(row: Row) -> Row:
     """The row without highlight; what a metal reflects in all directions together, a matt surface does."""
-    kept = 1 + (rough_share(row.alpha) - 1) * row.metallic
+    matt = disney.even(row.alpha**0.5) if row.disney else 1.0
+    kept = matt + (rough_share(row.alpha) - matt) * row.metallic
+    base = scaled(row.base, kept)
+    if kept > 1:
+        base = base.clamped() if isinstance(base, Image) else np.minimum(base, 1.0)
     return replace(
-        row, base=scaled(row.base, kept), metallic=0.0, alpha=1.0, specular=0.0, gloss=None, normal=None
+        row, base=base, metallic=0.0, alpha=1.0, specular=0.0, disney=False, gloss=None, normal=None
     )
 
 

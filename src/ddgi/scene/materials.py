@@ -39,6 +39,7 @@ class Row:
     specular: float = 0.0
     opacity: float | Image = 1.0
     double_sided: bool = False
+    disney: bool = False
     gloss: Image | None = (
         None  # metallic in red and alpha in green, where they vary; the numbers are their means
     )
@@ -164,6 +165,7 @@ class MaterialReader:
             metallic=_mean(metallic),
             alpha=_mean(alpha),
             gloss=self._gloss(metallic, alpha),
+            disney=True,
             specular=min(specular, 1.0),
             # Pure glass is not there; partly clear plastic keeps its share of the base colour.
             opacity=0.0 if through == 1 and _mean(metallic) == 0 else 1.0,
@@ -195,6 +197,7 @@ class MaterialReader:
         return Row(
             scaled(self._color(bsdf, "base_color"), (1 - through) * backwards),
             alpha=_alpha(self._number(bsdf, "roughness", 0.5) ** 2),
+            disney=True,
             specular=_normal_reflectance(self._number(bsdf, "eta", 1.5)),
             opacity=0.0 if through == 1 else 1.0,
             double_sided=True,
@@ -257,6 +260,7 @@ class MaterialReader:
             specular=(1 - t) * a.specular + t * b.specular,
             opacity=opacity,
             double_sided=a.double_sided or b.double_sided,
+            disney=(b if t > 0.5 else a).disney,
         )
 
     def _plain(self, opacity: float | Image) -> float:
@@ -317,6 +321,7 @@ def material_table(rows: dict[int, Row]) -> Materials:
     return Materials(
         base=own(base),
         surface=own(surface),
+        disney=mi.Bool([number in rows and rows[number].disney for number in range(size)]),
         emission=own(emission),
         base_texture=mi.UInt32(columns[0]),
         opacity_texture=mi.UInt32(columns[1]),
@@ -330,6 +335,7 @@ def material_table(rows: dict[int, Row]) -> Materials:
         ),
         any_specular=any(r.metallic > 0 or r.specular > 0 for r in present),
         any_single_sided=any(not r.double_sided for r in present),
+        any_disney=any(r.disney for r in present),
         any_emission=any(r.emission is not None for r in present),
         any_gloss_texture=any(r.gloss is not None for r in present),
         any_normal_texture=any(r.normal is not None for r in present),

@@ -2,8 +2,7 @@
 
 The field takes every surface as Lambertian, so this is the albedo it needs. Fits to what Mitsuba's
 `roughconductor`, `principled` and `plastic` reflect (single scattering, GGX with Smith's shadowing:
-Walter et al. 2007), within about 0.01 for any roughness, 0.04 where the matt part of `principled` is not
-Lambertian. They take Dr.Jit's numbers as well as Python's.
+Walter et al. 2007), within 0.008 for any roughness. They take Dr.Jit's numbers as well as Python's.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import Any
 import drjit as dr
 
 from ddgi.extrema import at_most
+from ddgi.trace.disney import even as disney_even
 
 
 def rough_share(alpha: Any) -> Any:
@@ -44,7 +44,13 @@ def facing(whole: Any, alpha: Any) -> Any:
     return (whole / rough_share(alpha) - g) / (1 - g)
 
 
-def albedo(base: Any, metallic: Any, alpha: Any, specular: Any) -> Any:
+def matt(base: Any, metallic: Any, alpha: Any, disney: Any) -> Any:
+    """Reflectance of the matt part. Arguments as of `albedo`."""
+    share = base * (1 - metallic)
+    return dr.select(disney, share * disney_even(dr.sqrt(alpha)), share)
+
+
+def albedo(base: Any, metallic: Any, alpha: Any, specular: Any, disney: Any) -> Any:
     """Reflectance in [0, 1] of the material as a whole, gloss included.
 
     Args:
@@ -52,6 +58,7 @@ def albedo(base: Any, metallic: Any, alpha: Any, specular: Any) -> Any:
         metallic: In [0, 1].
         alpha: GGX roughness in [0, 1].
         specular: Reflectance of the gloss at normal incidence, in [0, 1].
+        disney: Whether the matt part is Disney's (`ddgi.trace.disney`), else it is Lambert's.
     """
     f0 = specular + (base - specular) * metallic
-    return at_most(base * (1 - metallic) + gloss(f0, alpha), 1.0)
+    return at_most(matt(base, metallic, alpha, disney) + gloss(f0, alpha), 1.0)

@@ -26,12 +26,15 @@ def lobe_share(surface: Surface) -> mi.Float:
     """Of the light that surfaces reflect, the share that goes along their lobe; 0 below `LEAST`. (N,)."""
     f0 = dr.lerp(mi.Color3f(surface.specular), surface.base, surface.metallic)
     lobe = mi.luminance(albedo.gloss(f0, surface.alpha))
-    matt = mi.luminance(surface.base) * (1 - surface.metallic)
-    part = lobe / at_least(lobe + matt, 1e-6)
+    part = lobe / at_least(lobe + mi.luminance(_matt(surface)), 1e-6)
     return dr.select(surface.lit & (part > LEAST), part, 0)
 
 
 def matt_rest(surface: Surface) -> mi.Color3f:
     """What is left of `Surface.albedo` without the lobe, as a share of it; 1 where `lobe_share` is 0. (N,)."""
-    rest = surface.base * (1 - surface.metallic) / at_least(surface.albedo, 1e-6)
+    rest = _matt(surface) / at_least(surface.albedo, 1e-6)
     return dr.select(lobe_share(surface) > 0, rest, mi.Color3f(1))
+
+
+def _matt(surface: Surface) -> mi.Color3f:
+    return albedo.matt(surface.base, surface.metallic, surface.alpha, surface.disney)

@@ -5,9 +5,9 @@ roughness, specular reflectance at normal incidence, opacity, sidedness, emissio
 reads its row with a few packet loads instead of virtual calls, and a kernel does not grow with
 the number of materials.
 
-Two lobes: Lambert with base_color * (1 - metallic), and GGX with F0 = lerp(specular, base_color,
-metallic). Camera pixels see them apart; the field takes every opaque material as Lambertian with what
-both together send back of even light (`ddgi.trace.albedo`).
+Two lobes: a matt part, Lambert's or Disney's, with base_color * (1 - metallic), and GGX with F0 =
+lerp(specular, base_color, metallic). Camera pixels see them apart; the field takes every opaque material
+as Lambertian with what both together send back of even light (`ddgi.trace.albedo`).
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ class Materials:
 
     base: mi.Float  # (4 S,) base colour r g b in [0, 1], then opacity in [0, 1]
     surface: mi.Float  # (4 S,) metallic [0, 1], GGX alpha (0, 1], specular F0 [0, 1], double-sided 0 or 1
+    disney: mi.Bool  # (S,) the matt part is Disney's and not Lambert's (`ddgi.trace.disney`)
     emission: mi.Float  # (4 S,) emitted radiance r g b >= 0, then what remains of it >= 0: 0 off, 1 all
     base_texture: mi.UInt32  # (S,) replaces base colour; NO_TEXTURE for none
     opacity_texture: mi.UInt32  # (S,) replaces opacity (first channel)
@@ -56,6 +57,7 @@ class Materials:
     any_opacity: bool = False  # some surface may be passed through
     any_specular: bool = False  # some surface has metallic > 0 or specular F0 > 0
     any_single_sided: bool = True
+    any_disney: bool = False
     any_emission: bool = False
     any_gloss_texture: bool = False
     any_normal_texture: bool = False
@@ -70,6 +72,7 @@ class Material:
     metallic: mi.Float
     alpha: mi.Float
     specular: mi.Float
+    disney: mi.Bool
     double_sided: mi.Bool
     emission: mi.Color3f
 
@@ -102,7 +105,8 @@ def lookup(
     if materials.vertex_colors is not None and corner is not None:
         tint, share_there = vertex_colors.lookup(materials.vertex_colors, row, corner, active)
         color, opacity = color * tint, opacity * share_there
-    return Material(color, opacity, metallic, alpha, surface.z, surface.w > 0.5, emission * share)
+    disney = dr.gather(mi.Bool, materials.disney, row, active) if materials.any_disney else mi.Bool(False)
+    return Material(color, opacity, metallic, alpha, surface.z, disney, surface.w > 0.5, emission * share)
 
 
 def lookup_normal(materials: Materials, row: mi.UInt32, uv: mi.Point2f, active: mi.Bool) -> mi.Vector3f:

@@ -98,6 +98,7 @@ class MeshTracer:
             metallic=material.metallic,
             alpha=material.alpha,
             specular=material.specular,
+            disney=material.disney,
             emission=dr.select(front, material.emission, mi.Color3f(0)),
         )
 

@@ -37,6 +37,7 @@ class Surface:
     metallic: mi.Float  # (N,) in [0, 1]
     alpha: mi.Float  # (N,) GGX roughness in (0, 1]
     specular: mi.Float  # (N,) reflectance at normal incidence of the non-metal part
+    disney: mi.Bool  # (N,) the matt part is Disney's, else Lambert's
     emission: mi.Color3f  # (N,) emitted radiance towards the viewer
 
     @property
@@ -47,7 +48,7 @@ class Surface:
     @property
     def albedo(self) -> mi.Color3f:
         """Reflectance of the surface taken as Lambertian, in [0, 1]: gloss included. (N,)."""
-        whole = albedo(self.base, self.metallic, self.alpha, self.specular)
+        whole = albedo(self.base, self.metallic, self.alpha, self.specular, self.disney)
         return dr.select(self.back, mi.Color3f(0), whole)
 
 
