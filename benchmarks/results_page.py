@@ -145,13 +145,14 @@ def leaks(rows: Rows) -> str:
 
 
 def relocation(rows: Rows) -> str:
-    """A way to place probes a row: mean FLIP in every scene, light that leaks, light that is missing."""
+    """A way to place probes a row: mean FLIP in every scene, by how much it is above that of the last, leak, dark."""
     names = [name for name in rows[0] if name not in ("name", "noise")]
 
     def cell(r: dict[str, Any], name: str) -> str:
         found = r[name]
         rest = " / ".join(f"{100 * found[kind]:.1f}" for kind in ("leak", "dark"))
-        return f"{found['flip_mean']:.3f} ({rest} %, {100 * found['moved']:.0f} %)"
+        more = f"; {found['more']:+.3f} ± {found['more_error']:.3f}" if "more" in found else ""
+        return f"{found['flip_mean']:.3f}{more} ({rest} %, {100 * found['moved']:.0f} %)"
 
     lines = [[name, *(cell(r, name) for r in rows)] for name in names]
     lines.append(["FLIP between the reference's halves", *(f"{r['noise']:.3f}" for r in rows)])

@@ -47,6 +47,7 @@ SMALL = QUICK[:2] + QUICK[4:]
 """QUICK for commands whose number of frames is part of what they measure."""
 
 
+@pytest.mark.slow
 def test_flicker_measures_and_shows_where(run, tmp_path):
     figures, png, exr = tmp_path / "a.json", tmp_path / "a.png", tmp_path / "a.exr"
     code, out, _ = run("flicker", "cornell-point", "--json", figures, "-o", png, *SMALL)
@@ -91,6 +92,7 @@ def test_what_is_no_pixel_is_refused(run, pixel):
     assert "is not a pixel such as 120,45" in err
 
 
+@pytest.mark.slow
 def test_respond_counts_frames(run, tmp_path):
     faster = ["--set", "blend.hysteresis=0.8", "--set", "rays.per_probe=64"]
     figures = tmp_path / "a.json"
@@ -129,6 +131,7 @@ def test_info_warns_and_still_succeeds(run):
     assert any("lies outside the volume" in line for line in warnings)
 
 
+@pytest.mark.slow
 def test_info_figures(run, tmp_path):
     path = tmp_path / "a.json"
     code, out, _ = run("info", "cornell-point", "--point", "0,9,0,1,1,1", "--size", "40x30", "--json", path)
@@ -142,6 +145,7 @@ def test_info_figures(run, tmp_path):
     assert json.loads(out) == found
 
 
+@pytest.mark.slow
 def test_same_seed_same_picture(run, tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         assert run("render", "cornell", "-o", tmp_path / f"{name}.exr", "--seed", seed, *QUICK)[0] == 0
@@ -182,6 +186,7 @@ def test_options_are_understood(run, tmp_path, options):
     assert (tmp_path / "a.png").exists()
 
 
+@pytest.mark.slow
 def test_near_plane_cuts_what_the_camera_sees(run, tmp_path):
     for name, options in (("all", []), ("cut", ["--near", "3.5"])):
         path = tmp_path / f"{name}.exr"
@@ -368,6 +373,7 @@ def test_misuse_is_one_line_and_code_two(refused, arguments):
     assert "--help" in refused(*arguments, code=2)
 
 
+@pytest.mark.slow
 def test_a_light_without_effect_is_one_line():
     dark = ["--point", "0,0,0,0,0,0", "--light", "added-light-0"]
     done = ddgi("respond", "cornell-point", *dark, *SMALL)
@@ -532,6 +538,7 @@ def test_materials_reach_the_scene():
     assert not any("taken as diffuse" in note for note in SceneRequest().open("cornell-point").notes)
 
 
+@pytest.mark.slow
 def test_a_picture_of_next_to_no_light_says_so(run, tmp_path):
     shapes = '<shape type="sphere"/><emitter type="constant"><rgb name="radiance" value="{}"/></emitter>'
     for radiance, said in ((1.0, False), (1e-6, True)):

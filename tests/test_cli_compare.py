@@ -22,6 +22,7 @@ def cache(tmp_path_factory):
         yield
 
 
+@pytest.mark.slow
 def test_everything_is_written(run, tmp_path):
     page, figures = tmp_path / "a.png", tmp_path / "a.json"
     code, out, err = run("compare", "cornell-point", "-o", page, "--json", figures, "--target", "0.4", *QUICK)
@@ -42,6 +43,7 @@ def test_figures_alone_on_stdout(run):
     assert json.loads(out)["rival"] == {}
 
 
+@pytest.mark.slow
 def test_several_configurations(run):
     code, out, err = run(
         "compare", "cornell-point", "--json", "-", "--no-rivals", "--seconds", "0",
@@ -74,6 +76,7 @@ def test_one_preset_beside_several_is_refused(refused):
     assert "--preset or --presets, not both" in refused("compare", *both, code=2)
 
 
+@pytest.mark.slow
 def test_frames_that_are_all_warm_up_are_noted(run):
     few = ["compare", "cornell-point", "--no-rivals", "--seconds", "0", *QUICK]
     _, _, err = run(*few, "--sweep", "blend.warm_up=3,4,12")

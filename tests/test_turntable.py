@@ -72,6 +72,7 @@ def test_inside_a_room_it_turns_on_the_spot():
 # ---- files -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_it_writes_numbered_files_and_starts_like_a_still(run, thing, tmp_path):
     # Both are laid out for what their cameras see, and a turntable's see more.
     box = ["--set", "grid.box=[[-1.1,-0.1,-2.1],[1.1,1.1,2.1]]", "--set", "relocation.method=off"]
@@ -93,6 +94,7 @@ def test_it_writes_numbered_files_and_starts_like_a_still(run, thing, tmp_path):
     assert not np.array_equal(around[1], around[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_all_files_or_none(run, thing, tmp_path, monkeypatch, interrupted):
     save, calls = ddgi.output.save, []

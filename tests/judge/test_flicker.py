@@ -99,6 +99,7 @@ def test_more_rays_flicker_less():
     assert change[2] < 0.6 * change[1]
 
 
+@pytest.mark.slow
 def test_light_paths_flicker_less():
     without, few, many = (
         flicker(lit_room(), settings(rays_per_probe=64, rays_from_lamps=n), warm_up=60).mean

@@ -135,6 +135,7 @@ def test_noise_counts_by_the_time_it_takes(monkeypatch, seconds, start):
     assert reference._better_start({"camera": maker(1.0, 1.0), "lamps": maker(0.5, seconds)}) == start
 
 
+@pytest.mark.slow
 def test_the_reference_starts_where_less_noise_comes_of_it(tmp_path, even_clock):
     """A room lit by one spot: hard to find for paths from the camera."""
     spot = ddgi.load_scene("statue-box", size=(96, 54), materials="diffuse")

@@ -63,6 +63,7 @@ def test_one_bounce_takes_as_long_as_on_paper(hysteresis, frames):
     assert result.on.curve[0] == 0
 
 
+@pytest.mark.slow
 def test_gamma_follows_falling_light_faster_and_rising_light_slower():
     """S^(1/5) is blended: a^(5 n) = 0.1 after 15.1 frames; (1 - a^n)^5 = 0.9 after 127."""
     result = respond(scene_with(bulb=bulb(0.2)), one_bounce(blend_gamma=5.0))
@@ -70,6 +71,7 @@ def test_gamma_follows_falling_light_faster_and_rising_light_slower():
     assert result.on.frames == pytest.approx(127, abs=13)
 
 
+@pytest.mark.slow
 def test_bounces_make_it_slower():
     s = settings(blend_hysteresis=0.8)
     once = respond(scene_with(bulb=bulb(0.2)), one_bounce(blend_hysteresis=0.8))
@@ -78,6 +80,7 @@ def test_bounces_make_it_slower():
     assert often.on.frames > 1.3 * once.on.frames
 
 
+@pytest.mark.slow
 def test_one_of_two_lights():
     """The other goes on; the level ends where it alone has it."""
     scene = scene_with(near=bulb(0.2), far=bulb(-0.5, 0.5))

@@ -86,6 +86,7 @@ def test_the_mean_is_the_same(name, length):
             assert np.abs(a - b).mean() < 0.1 * b.mean()
 
 
+@pytest.mark.slow
 def test_noise_is_less():
     """Maps of few updates against each other, with paths and without."""
     scene = scene_of("one spot")

@@ -140,6 +140,7 @@ def test_shares_multiply_and_the_scene_stays_as_it_was():
     assert twice.mi_scene is scene.mi_scene
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [["bulb"], ["lamp"], ["sky"], list(KINDS)])
 def test_dimming_records_nothing_anew(names):
     scene, s = scene_with(*names), modes("field")

@@ -146,6 +146,7 @@ def test_content_of_files_counts(room, tmp_path):
     assert len({first, second, fingerprint(room())}) == 3
 
 
+@pytest.mark.slow
 def test_a_picture_counts_by_its_texels():
     def wall(texels, **keywords):
         texture = {"type": "bitmap", "bitmap": mi.Bitmap(texels), **keywords}
@@ -216,6 +217,7 @@ def test_quick_on_a_large_scene():
     assert time.perf_counter() - start < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.scenes
 @pytest.mark.parametrize("name", ["veach-ajar", "classroom"])
 def test_real_scenes(name):

@@ -598,6 +598,7 @@ class TestSolids:
             clay.ball((0.01, 0, 0), carved, carve=True)
         return clay.solid()
 
+    @pytest.mark.slow
     def test_are_watertight(self) -> None:
         for name, (shape, _) in self.solids().items():
             _, place = np.unique(np.round(shape.positions, 6), axis=0, return_inverse=True)

@@ -52,6 +52,7 @@ def test_cornell_box():
     assert scene.notes == ()
 
 
+@pytest.mark.slow
 def test_every_built_in_scene_loads():
     from ddgi.scene.library import BUILT_IN
 

@@ -329,6 +329,7 @@ def obj_scene(folder, offset):
     return load(obj(folder, offset), camera=seen_from(offset), lights=[lamp])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("write", [gltf_scene, obj_scene, dictionary_scene])
 def test_pictures_of_far_scenes_are_those_of_near_ones(write, tmp_path):
     near, far = (picture(write(tmp_path, offset), offset) for offset in (NEAR, FAR))

@@ -210,6 +210,7 @@ def luminous(scene) -> float:
     return float((frame.numpy().max(-1) > 1e-4).mean())
 
 
+@pytest.mark.slow
 def test_closed_cubes_are_not_black():
     cube = lambda **how: box((-1, -1, -1), (1, 1, 1), **how)  # noqa: E731
     assert luminous(chosen(cube())) > 0.1

@@ -59,6 +59,7 @@ def partition(thickness):
     }
 
 
+@pytest.mark.slow
 def test_a_wall_that_is_thin_against_the_spacing():
     thin, thick = (box_room() | {"lamp": LAMP, "wall": partition(t)} for t in (0.1, 0.4))
     assert kinds(thick) == []
@@ -91,6 +92,7 @@ def black(light):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "light",
     [
@@ -114,6 +116,7 @@ def panel(radiance):
     return {"type": "rectangle", "id": "panel", "to_world": place, "bsdf": WHITE, "emitter": emitter}
 
 
+@pytest.mark.slow
 def test_area_lights_that_give_none():
     assert kinds(box_room() | {"panel": panel(1.0)}) == []
     assert kinds(box_room() | {"panel": panel(0.0)}) == ["all-dark"]
@@ -135,6 +138,7 @@ def test_a_small_sun_in_a_black_picture_shines():
     assert lamp.shines
 
 
+@pytest.mark.slow
 def test_a_light_outside_the_volume_is_named():
     far = LAMP | {"id": "moon", "position": [0.0, 30.0, 0.0]}
     assert "1 of 2 lights outside the volume (moon)" in text(
@@ -167,6 +171,7 @@ def ball(bsdf):
     return {"type": "sphere", "radius": 0.1, "center": [0.0, 0.0, 0.0], "bsdf": bsdf}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("two_sided", [False, True])
 def test_a_camera_in_an_object(two_sided):
     scene = box_room() | {"lamp": LAMP, "ball": ball(diffuse(0.5, two_sided=two_sided))}

@@ -73,6 +73,7 @@ def test_units_are_those_in_which_a_volume_has_a_usual_size(size, units):
     assert plausible_units(size) == units
 
 
+@pytest.mark.slow
 def test_the_volume_is_that_of_the_field():
     scene, settings = load("cornell-point"), small(volume_irradiance_format="float16")
     volume, field = survey(scene, settings).volume, ddgi.IrradianceField.fit(scene, settings)
@@ -86,6 +87,7 @@ def test_the_volume_is_that_of_the_field():
     assert volume.bytes == 64 * volume.bytes_per_probe
 
 
+@pytest.mark.slow
 def test_says_where_the_box_comes_from():
     inside = look_at((0, 0, 0.9), (0, 0, -1), size=(32, 24))
     plain = load({"type": "scene", **room(diffuse(0.5)), "lamp": {"type": "point", "position": [0, 0, 0]}})
@@ -97,6 +99,7 @@ def test_says_where_the_box_comes_from():
     assert survey(plain, boxed).volume.source == "settings"
 
 
+@pytest.mark.slow
 def test_the_same_scene_gives_the_same_survey():
     first, again = (survey(load("two-rooms"), small()).figures() for _ in range(2))
     assert first == again
@@ -119,6 +122,7 @@ def test_every_figure_and_warning_is_explained():
     assert [name for name in keys(figures) | kinds if f"`{name}`" not in text] == []
 
 
+@pytest.mark.slow
 @pytest.mark.scenes
 @pytest.mark.parametrize(
     ("name", "triangles", "sheets"),

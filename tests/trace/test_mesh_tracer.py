@@ -120,6 +120,7 @@ def test_a_mask_lets_its_share_of_rays_through(stream):
     assert through.mean() == pytest.approx(0.7, abs=4.5 * np.sqrt(0.21 / N))
 
 
+@pytest.mark.slow
 def test_a_ray_decides_anew_each_tick():
     tracer = scene(card=at_height(0.5, mask(0.3)), floor=at_height(0.0, diffuse(0.6))).tracer
     passed = np.stack([np.array(straight(tracer, 3.0, n=64, tick=t).distance) > 2.75 for t in range(100)])

@@ -208,6 +208,7 @@ def test_damaged_files_load_or_are_refused(first):
     assert sum(f.what == "refused" for f in found) >= 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 100, 50))
 def test_damaged_files_that_can_be_read_become_scenes(tmp_path, first):
     """Beyond the description: Mitsuba builds it, or a line says why not."""
@@ -254,6 +255,7 @@ EMPTY = {"00_empty_scene", "00_no_nodes", "light", "mesh-sparse", "non_sparse_ac
 """Files without a triangle to show: they say so."""
 
 
+@pytest.mark.slow
 @pytest.mark.scenes
 def test_every_feature_file_is_read():
     for path in others("gltf-features"):

@@ -248,6 +248,7 @@ def test_circles_and_long_chains(tmp_path):
     np.testing.assert_allclose(shapes_of(writer.gltf(tmp_path))["deep"]["positions"][0], [0, 0, 5000])
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(60)  # one matrix at a time takes that long
 def test_a_hundred_thousand_nodes_in_a_chain(tmp_path):
     count, turn = 100_000, 1e-5  # [rad], each against the one above
