@@ -172,7 +172,7 @@ def ablation() -> Any:
 
 def maps() -> Any:
     """MFF Table 4.5: map resolutions against error and memory."""
-    sizes = [(8, d) for d in (2, 4, 8, 16, 32, 64)] + [(i, 16) for i in (2, 4, 16, 32)]
+    sizes = [(8, d) for d in (2, 4, 8, 16, 32, 64)] + [(i, 16) for i in (2, 4, 12, 16, 32)]
     configurations = [
         *trials(*(f"{i}x{d}: volume.irradiance_size={i}; volume.distance_size={d}" for i, d in sizes))
     ]
@@ -221,6 +221,7 @@ CONSTANTS = (
     "running mean plain: blend.recency=1",
     "warm-up of 8: blend.warm_up=8",
     "two surfaces a path: gather.path_length=2",
+    "8² irradiance: volume.irradiance_size=8",
     "16² irradiance: volume.irradiance_size=16",
     "no light paths: rays.from_lamps=0",
     "32 light paths: rays.from_lamps=32",

@@ -66,7 +66,7 @@ _published = replace(
         sight="maps",
     ),
     direct=replace(_default.direct, area="field", environment="field"),
-    volume=replace(_default.volume, radiance_size=0),
+    volume=replace(_default.volume, irradiance_size=8, radiance_size=0),
     contact=contact.Settings(pixels=0.0, hits=0.0),
     rays=replace(_default.rays, from_lamps=0),
     gloss=gloss.Settings(bounces=0),
@@ -144,6 +144,7 @@ _classic = replace(
 # light has sharp shadows; single frames show the grain of those.
 _fine = replace(
     _default,
+    volume=replace(_default.volume, irradiance_size=16),
     rays=replace(_default.rays, per_probe=384),
     contact=replace(_default.contact, every=1),
     direct=replace(_default.direct, environment="sampled"),

@@ -223,7 +223,7 @@ def test_memory_limit_holds_before_anything_is_allocated():
 def test_small_volumes_fit():
     s = RenderSettings.preset("default")
     vol = volume.allocate(lattice((2, 2, 2)), s.volume, 128, 4096.0)
-    assert dr.width(vol.irradiance) == 8 * 10 * 10 * 4
+    assert dr.width(vol.irradiance) == 8 * 14 * 14 * 4
     assert dr.width(vol.distance) == 8 * 18 * 18 * 2
     assert dr.width(vol.radiance) == 8 * 10 * 10 * 4
     assert float(vol.reach(s.volume)[0]) == pytest.approx(1.5 * math.sqrt(3))

@@ -29,7 +29,7 @@ class Settings:
 
     irradiance_size: Annotated[
         int, Interval(ge=2, le=64), Doc("interior texels per side of the irradiance map (SCALE 3)")
-    ] = 8
+    ] = 12
     distance_size: Annotated[
         int, Interval(ge=2, le=64), Doc("interior texels per side of the distance map (SCALE 3)")
     ] = 16
