@@ -36,7 +36,9 @@ def test_later_sources_win(tmp_path):
     ("text", "value"),
     [
         ("grid.counts=[4, 5, 6]", (4, 5, 6)),
+        ("grid.counts=4,5,6", (4, 5, 6)),
         ("grid.counts=none", None),
+        ("grid.box=[0,0,0],[1,2.5,1]", ((0, 0, 0), (1, 2.5, 1))),
         ("grid.spacing=2", 2.0),
         ("grid.box=[[0,0,0],[1,2.5,1]]", ((0, 0, 0), (1, 2.5, 1))),
         ("tone.exposure=auto", None),

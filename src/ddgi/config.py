@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -120,12 +121,13 @@ def parse_assignment(text: str) -> dict[str, Any]:
 
 
 def _parse_value(text: str) -> Any:
-    """A TOML value; what is none, such as a bare word, is a text."""
-    try:
-        parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
-        return text
-    return parsed["value"] if len(parsed) == 1 else text
+    """A TOML value, an array without its brackets too; what is none, such as a bare word, is a text."""
+    for written in (text, f"[{text}]") if "," in text else (text,):
+        with suppress(tomllib.TOMLDecodeError):
+            parsed = tomllib.loads(f"value = {written}")
+            if len(parsed) == 1:
+                return parsed["value"]
+    return text
 
 
 def _tuples(value: Any) -> Any:

@@ -227,4 +227,4 @@ def test_small_volumes_fit():
     assert dr.width(vol.distance) == 8 * 18 * 18 * 2
     assert dr.width(vol.radiance) == 8 * 10 * 10 * 4
     assert float(vol.reach(s.volume)[0]) == pytest.approx(1.5 * math.sqrt(3))
-    assert volume.bytes_per_probe(s.volume) == 2 * 10 * 10 * 16 + 18 * 18 * 8
+    assert volume.bytes_per_probe(s.volume) == (14 * 14 + 10 * 10) * 16 + 18 * 18 * 8
