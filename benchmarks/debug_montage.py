@@ -16,8 +16,8 @@ from ddgi.judge.lettering import written
 from ddgi.output import save_display
 from studies import PICTURES
 
-SIZE, ROOM = (400, 225), (400, 290)
-"""Of the pictures, and room for one with its scale."""
+SIZE, ROOM = (400, 225), (400, 310)
+"""Of the pictures, and room for one with its legend."""
 CAPTION, GAP = 20, 8
 """Height of a caption, and the space around pictures [pixels]."""
 

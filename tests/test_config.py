@@ -72,6 +72,8 @@ def test_assignments(text, value):
         ("grid.box=[[0, 0, 0], [1, inf, 1]]", "grid.box"),
         ("query.crsh=1", "unknown setting query.crsh: did you mean query.crush?"),
         ("quer.crush=1", "unknown setting quer: did you mean query?"),
+        ("counts=[1, 2, 3]", "unknown setting counts: did you mean grid.counts?"),
+        ("method=off", "did you mean relocation.method or states.method?"),
         ("query.zzz=1", "unknown setting query.zzz: query has trilinear, "),
         ("query=1", "query is a group: set one of query.trilinear"),
         ("query.crush.deep=1", "query.crush must be"),

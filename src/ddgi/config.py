@@ -58,7 +58,10 @@ def override(settings: Any, table: Mapping[str, Any], where: str = "") -> Any:
     changed = {}
     for key, value in table.items():
         if key not in hints:
-            raise SettingsError(f"unknown setting {where}{key}: {_suggestion(key, where, list(hints))}")
+            groups = [f.name for f in fields(settings) if key in _names(getattr(settings, f.name))]
+            raise SettingsError(
+                f"unknown setting {where}{key}: {_suggestion(key, where, list(hints), groups)}"
+            )
         current = getattr(settings, key)
         if is_dataclass(current):
             if not isinstance(value, Mapping):
@@ -69,6 +72,11 @@ def override(settings: Any, table: Mapping[str, Any], where: str = "") -> Any:
             none = optional(hints[key]) and isinstance(value, str) and value in NOTHING
             changed[key] = None if none else _tuples(value)
     return replace(settings, **changed)
+
+
+def _names(group: Any) -> set[str]:
+    """Of the settings in a group; a value has none."""
+    return {f.name for f in fields(group)} if is_dataclass(group) else set()
 
 
 def as_table(settings: Any) -> dict[str, Any]:
@@ -135,7 +143,9 @@ def _tuples(value: Any) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
-def _suggestion(key: str, where: str, known: list[str]) -> str:
+def _suggestion(key: str, where: str, known: list[str], groups: list[str]) -> str:
+    if groups:
+        return f"did you mean {' or '.join(f'{where}{group}.{key}' for group in groups)}?"
     close = get_close_matches(key, known, n=1, cutoff=0.5)
     if close:
         return f"did you mean {where}{close[0]}?"

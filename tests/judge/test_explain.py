@@ -74,6 +74,26 @@ def test_its_figures_are_plain(found):
     assert json.loads(json.dumps(found.figures()))["pixel"] == [16, 12]
 
 
+def test_errors_are_those_of_the_light_that_is_sent_on(found):
+    """Of a red surface red counts alone, whatever its other channels would have to reflect."""
+    red = replace(found, albedo=(0.5, 0.0, 0.0), field=(2.0, 9.0, 9.0), reference=(4.0, 1.0, 1.0))
+    assert red.errors["field"] == pytest.approx(-0.5)
+    assert red.errors["path traced"] == 0
+    black = replace(found, albedo=(0.0, 0.0, 0.0))
+    assert black.errors["field"] is None
+
+
+def test_it_says_which_step_is_largest(found):
+    one, half = (1.0,) * 3, (0.5,) * 3
+    steps = replace(found, field=half, seen=half, gathered=one, reference=one, noise=0.01)
+    assert "from true visibility to no probes between" in steps.largest_step
+    assert "no step" in replace(steps, noise=0.3).largest_step
+    none = (0.0,) * 3
+    dark = replace(steps, field=none, seen=none, gathered=none, reference=none)
+    assert "no indirect light here, nor is there any" in dark.largest_step
+    assert "nor" not in replace(dark, field=one).largest_step
+
+
 def test_its_picture_has_longer_bars_for_more_light(found):
     half = replace(found, gathered=tuple(0.5 * x for x in found.gathered))
     lengths = [(bars(x).astype(int).sum(-1) > 300).sum() for x in (found, half)]

@@ -13,6 +13,7 @@ from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
 from ddgi.cli.values import Finite, Pixel
+from ddgi.errors import OutputError
 
 if TYPE_CHECKING:
     from ddgi.judge.explain import Explanation, ProbeShare
@@ -67,6 +68,8 @@ def explain(
         check_display(output)
     if json_file is not None:
         check_figures_file(json_file)
+        if output is not None and output.resolve() == json_file.resolve():
+            raise OutputError(f"{output}: the picture and the figures cannot go to one file")
     settings = settings_request.settings()
     with Progress() as progress:
         progress.phase(f"loading {scene}")
@@ -85,6 +88,7 @@ def explain(
 def _lines(found: Explanation) -> Iterator[str]:
     from ddgi.judge.explain import luminance
 
+    errors = found.errors
     yield f"pixel {found.pixel[0]},{found.pixel[1]} shows {_three(found.position)}, normal {_three(found.normal)}, albedo {_three(found.albedo)}"
     rows = [COLUMNS, *map(_row, found.probes)]
     widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(COLUMNS))]
@@ -92,12 +96,12 @@ def _lines(found: Explanation) -> Iterator[str]:
         yield "".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
     yield "E [W/m^2]: the light alone that the probe would give; share: of the weights in the end, after query.sight"
     yield ""
-    truth = luminance(found.reference)
     for name, light in found.steps.items():
-        y = luminance(light)
-        apart = f"{100 * (y / truth - 1):+.1f} %" if truth > 0 else ""
-        yield f"{name:<18}E {y:.4g}  ({_three(light)})  {apart}"
-    yield f"noise of the path tracer: +- {found.noise:.2g}"
+        error = errors[name]
+        apart = "" if error is None else f"{100 * error:+.1f} %"
+        yield f"{name:<18}E {luminance(light):.4g}  ({_three(light)})  {apart}"
+    yield f"noise of the path tracer: +- {found.noise:.2g}; %: of the light that the surface sends on, E times albedo"
+    yield found.largest_step
     yield from (f"note: {note}" for note in found.notes)
 
 

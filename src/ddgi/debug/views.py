@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import drjit as dr
@@ -14,7 +14,7 @@ from ddgi.debug.atlas import distance_atlas, irradiance_atlas
 from ddgi.debug.spheres import RADIUS, Hits, meet
 from ddgi.judge.false_colour import INFERNO, coloured, false_colour, scale_top
 from ddgi.judge.leak import leaked
-from ddgi.judge.lettering import written
+from ddgi.judge.lettering import text_width, written
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.passes import tone
 from ddgi.probes import query
@@ -29,6 +29,8 @@ AS_IT_IS = tone.Settings(exposure=0.0, curve="linear")
 DIMMED = 0.35
 """What is left of the picture behind what is drawn on it."""
 UNMOVED = (0.25, 0.35, 0.45)
+LEAST_MOVED = 0.3
+"""Where on the scale of colours the least move is: below, they are too dark to be seen."""
 STATES = (
     (0.9, 0.1, 0.1),  # off
     (0.25, 0.35, 0.75),  # sleeping
@@ -97,14 +99,18 @@ def probes(seen: Seen) -> np.ndarray:
 
 
 def offsets(seen: Seen) -> np.ndarray:
-    """The picture, dimmed, with probes coloured by how far they were moved, and white dots in the places of those."""
+    """The picture, dimmed, with probes coloured by how far they were moved, and white dots in the places of those.
+
+    Raises:
+        DDGIError: Pillow is not installed.
+    """
     grid, limit = seen.volume.grid, seen.settings.relocation.limit
     colour = np.broadcast_to(np.array(UNMOVED), (grid.size, 3)).copy()
     moved = np.zeros(grid.size, bool)
     if grid.offset is not None:
         apart = np.abs(grid.offsets()) / np.ravel(grid.spacing)
         moved = apart.any(-1)
-        shares = 0.3 + 0.7 * np.clip(apart.max(-1) / limit, 0, 1)
+        shares = LEAST_MOVED + (1 - LEAST_MOVED) * np.clip(apart.max(-1) / limit, 0, 1)
         colour[moved] = coloured(shares[None, moved], INFERNO)[0]
     hits, in_front = _visible(seen, RADIUS)
     picture, there = _spheres(seen, hits, in_front, colour), seen.picture(in_front)
@@ -112,7 +118,15 @@ def offsets(seen: Seen) -> np.ndarray:
     left = seen.picture(before) & moved[seen.picture(dots.probe)]
     left &= ~(there & (seen.picture(hits.distance) < seen.picture(dots.distance)))
     picture[left] = PLACE
-    return np.rint(picture * 255).astype(np.uint8)
+    lines = [(UNMOVED, f"in their places: {(~moved).sum():,}")]
+    if moved.any():
+        little, far = (coloured(np.array([[share]]), INFERNO)[0, 0] for share in (LEAST_MOVED, 1.0))
+        lines += [
+            (little, f"moved a little; all that were moved: {moved.sum():,}"),
+            (far, f"moved to the limit, {limit:g} spacings along an axis"),
+            (PLACE, "the places that they left"),
+        ]
+    return _with_legend(picture, lines)
 
 
 def states(seen: Seen) -> np.ndarray:
@@ -124,20 +138,24 @@ def states(seen: Seen) -> np.ndarray:
     vol = seen.volume
     code = np.full(vol.grid.size, VIGILANT) if vol.states is None else np.array(vol.states.code)
     picture = _spheres(seen, *_visible(seen, RADIUS), np.array(STATES)[code])
-    shown = [c for c in range(len(NAMES)) if (code == c).any()]
-    legend = np.zeros((SWATCH * len(shown), picture.shape[1], 3))
-    for line, c in enumerate(shown):
-        legend[line * SWATCH + 3 : (line + 1) * SWATCH - 3, 4:SWATCH] = STATES[c]
     all_are = " (states.method is off: all probes are updated)" if vol.states is None else ""
-    whole = np.rint(np.concatenate([picture, legend]) * 255).astype(np.uint8)
-    return written(
-        whole,
-        [
-            (SWATCH + 6, len(picture) + line * SWATCH + 2, f"{NAMES[c]}: {(code == c).sum():,}{all_are}")
-            for line, c in enumerate(shown)
-        ],
-        (255, 255, 255),
+    counts = [int((code == c).sum()) for c in range(len(NAMES))]
+    return _with_legend(
+        picture, [(STATES[c], f"{NAMES[c]}: {n:,}{all_are}") for c, n in enumerate(counts) if n]
     )
+
+
+def _with_legend(picture: np.ndarray, lines: Sequence[tuple[Sequence[float], str]]) -> np.ndarray:
+    """A picture, (H, W, 3) sRGB, with a swatch and a text for each line below it, as wide as those need; uint8."""
+    texts = [text for _, text in lines]
+    width = max(picture.shape[1], SWATCH + 10 + max(map(text_width, texts)))
+    whole = np.zeros((len(picture) + SWATCH * len(lines), width, 3))
+    whole[: len(picture), : picture.shape[1]] = picture
+    for number, (colour, _) in enumerate(lines):
+        top = len(picture) + number * SWATCH
+        whole[top + 3 : top + SWATCH - 3, 4:SWATCH] = colour
+    places = [(SWATCH + 6, len(picture) + number * SWATCH + 2, text) for number, text in enumerate(texts)]
+    return written(np.rint(whole * 255).astype(np.uint8), places, (255, 255, 255))
 
 
 def weights(seen: Seen) -> np.ndarray:

@@ -17,7 +17,7 @@ def bars(found: Explanation) -> np.ndarray:
     steps = {name: (luminance(light), light) for name, light in found.steps.items()}
     truth = steps["path traced"][0]
     longest = max(max(y for y, _ in steps.values()), 1e-12)
-    texts = [f"{name}: {y:.4g}{_apart(y, truth)}" for name, (y, _) in steps.items()]
+    texts = [f"{name}: {y:.4g}{_apart(found.errors[name])}" for name, (y, _) in steps.items()]
     side = max(map(text_width, texts)) + 2 * GAP
     title = f"pixel {found.pixel[0]},{found.pixel[1]}: indirect irradiance [W/m^2]"
     top = BAR + 2 * GAP
@@ -33,5 +33,5 @@ def bars(found: Explanation) -> np.ndarray:
     return written(picture, [(GAP, GAP, title), *lines], INK)
 
 
-def _apart(y: float, truth: float) -> str:
-    return f" ({100 * (y / truth - 1):+.1f} %)" if truth > 0 else ""
+def _apart(error: float | None) -> str:
+    return "" if error is None else f" ({100 * error:+.1f} %)"

@@ -188,6 +188,13 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
     lines = []
     if not truth.picture.any():
         lines.append("the reference is black: there is nothing to compare with")
+        lit = [
+            f"{j.outcome.trial.name} ({j.outcome.picture.mean():.2g})"
+            for j in judged
+            if j.outcome.picture.any()
+        ]
+        if lit:
+            lines.append(f"not black, and so wrong as a whole: {', '.join(lit)} [mean radiance, W/(m² sr)]")
     elif not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "

@@ -43,6 +43,12 @@ SHINES = 0.3
 """GGX roughness below which the share of light that mirrors is said to be in the reference."""
 SEED = 1 << 28
 """First seed of the path tracer."""
+EXCHANGED = {
+    "true visibility": "which probes see the point",
+    "no probes between": "interpolation between probes, angular resolution, noise of single ones",
+    "path traced": "bounces beyond the first, and materials taken as matt",
+}
+"""What the error is that goes away with each step."""
 
 
 @dataclass(frozen=True)
@@ -89,12 +95,37 @@ class Explanation:
             "path traced": self.reference,
         }
 
+    @property
+    def errors(self) -> dict[str, float | None]:
+        """By how much each step is off in the light that the surface reflects; None where it reflects none.
+
+        Irradiance alone would let channels count that a saturated surface swallows, which the reference tells
+        only by dividing by next to nothing.
+        """
+        sent = {name: luminance(np.multiply(light, self.albedo)) for name, light in self.steps.items()}
+        truth = sent["path traced"]
+        return {name: y / truth - 1 if truth > 0 else None for name, y in sent.items()}
+
+    @property
+    def largest_step(self) -> str:
+        """Which exchange changes most, and what that is the error of, in a sentence."""
+        errors = [e for e in self.errors.values() if e is not None]
+        if not errors:
+            lit = any(map(luminance, self.steps.values()))
+            return "the path tracer finds no indirect light here" + ("" if lit else ", nor is there any")
+        changes = np.abs(np.diff(errors))
+        if changes.max() < 2 * self.noise / luminance(self.reference):
+            return "no step is larger than what the path tracer can tell"
+        number = int(changes.argmax())
+        before, after = list(self.steps)[number : number + 2]
+        return f"the largest step is from {before} to {after}: {EXCHANGED[after]}"
+
     def figures(self) -> dict[str, Any]:
         """All of it by name."""
-        return asdict(self)
+        return asdict(self) | {"errors": self.errors, "largest_step": self.largest_step}
 
 
-def luminance(light: Point) -> float:
+def luminance(light: Point | np.ndarray) -> float:
     """Luminance of R, G, B."""
     return float(np.dot(light, LUMINANCE))
 
