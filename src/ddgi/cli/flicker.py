@@ -82,4 +82,9 @@ def _lines(figures: dict[str, Any]) -> list[str]:
         f"to frame, channels summed, over {figures['frames']} frames after {figures['warm_up']}",
         f"mean         {figures['flicker_mean']:.5f}",
         f"worst pixel  {figures['flicker_max']:.5f}",
+        *(
+            []
+            if figures["flicker_max"]
+            else ["nothing changes at all: is the picture black? `ddgi info` tells what lights there are"]
+        ),
     ]

@@ -105,7 +105,7 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
     need = layout.size * (bytes_per_probe(s) * 2 + rays_per_probe * 100) / 1e6
     if need > budget_mb:
         raise SettingsError(
-            f"a volume of {'x'.join(map(str, layout.counts))} probes needs about {need:,.0f} MB, the budget is "
+            f"a volume of {'x'.join(map(str, layout.counts))} probes needs about {need:{',.0f' if need < 1e9 else '.2g'}} MB, the budget is "
             f"{budget_mb:,.0f} MB: use fewer probes (grid.counts, grid.spacing) or raise grid.memory_limit"
         )
     if (

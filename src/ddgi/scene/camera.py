@@ -115,7 +115,9 @@ def look_at(
     if not np.linalg.norm(forward) > 0:
         raise SettingsError(f"a camera cannot look at where it stands: {_written(origin)}")
     if not np.linalg.norm(right) > 1e-6 * np.linalg.norm(forward) * np.linalg.norm(up):
-        raise SettingsError(f"the camera looks along its up, {_written(up)}: choose another up")
+        raise SettingsError(
+            f"the camera looks along its up, {_written(up)}: choose another up (--up on the command line)"
+        )
     if not 0 < fov < 180:
         raise SettingsError(f"the field of view must lie between 0 and 180 degrees, not {fov}")
     _check_size(size)
