@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ddgi.errors import SceneError
+from ddgi.trace import disney
 from ddgi.trace.albedo import rough_share
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "scenes"
@@ -149,9 +150,12 @@ def test_both_sides_say_the_same_from_front_and_back(name):
 def test_albedo_opacity_and_sides_are_those_of_the_full_materials(name):
     full, diffuse = (load(wall(BSDFS[name]), m).materials for m in ("full", "diffuse"))
     surface = np.array(full.surface).reshape(-1, 4)
-    kept = np.ones((len(surface), 4))  # of their base colour rough metals keep a share
-    kept[:, :3] += surface[:, :1] * (rough_share(surface[:, 1]) - 1)[:, None]
+    # Of their base colour rough metals keep a share, and Disney's matt part sends back more or less.
+    matt = np.where(np.array(full.disney), disney.even(np.sqrt(surface[:, 1])), 1)
+    kept = np.ones((len(surface), 4))
+    kept[:, :3] = (matt + surface[:, 0] * (rough_share(surface[:, 1]) - matt))[:, None]
     np.testing.assert_allclose(diffuse.base, np.array(full.base) * kept.ravel(), atol=1e-6)
+    assert not np.array(diffuse.disney).any()
     np.testing.assert_array_equal(surface[:, 3], np.array(diffuse.surface)[3::4])
 
 

@@ -16,7 +16,7 @@ def test_smooth_facets_lose_nothing_and_rough_ones_more_and_more():
 
 def test_without_reflectance_there_is_no_gloss():
     assert gloss(0.0, 0.3) == 0
-    assert albedo(0.4, 0.0, 0.3, 0.0) == pytest.approx(0.4)
+    assert albedo(0.4, 0.0, 0.3, 0.0, False) == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize("eta", [1.3, 1.5, 2.0])
@@ -34,8 +34,8 @@ def test_facing_is_the_inverse_of_gloss(alpha):
 
 def test_never_more_than_arrives():
     base, metallic, alpha, specular = (mi.Float(x) for x in np.random.default_rng(0).random((4, 10_000)))
-    whole = np.array(albedo(base, metallic, alpha, specular))
+    whole = np.array(albedo(base, metallic, alpha, specular, base > 0.5))
     assert (whole >= 0).all()
     assert (whole <= 1).all()
-    assert albedo(1.0, 0.0, 0.0, 0.04) == 1
-    assert albedo(1.0, 1.0, 0.0, 0.04) == 1
+    assert albedo(1.0, 0.0, 0.0, 0.04, False) == 1
+    assert albedo(1.0, 1.0, 0.0, 0.04, True) == 1
