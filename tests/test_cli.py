@@ -78,7 +78,7 @@ def test_explain_lists_probes_and_steps(run, tmp_path):
 
 def test_debug_writes_a_picture(run, tmp_path):
     png = tmp_path / "a.png"
-    assert run("debug", "cornell-point", "--view", "offsets", "-o", png, *QUICK)[0] == 0
+    assert run("debug", "cornell-point", "--view", "weights", "-o", png, *QUICK)[0] == 0
     assert np.array(mi.Bitmap(str(png))).shape == (16, 24, 3)
     code, _, err = run("debug", "cornell-point", "--view", "everything", "-o", png)
     assert code == 2
@@ -120,7 +120,7 @@ def test_info_prints_what_there_is(run):
     assert rows["lights"] == "1 point"
     assert rows["units"].startswith("metres, ")
     assert rows["probes"].startswith("120 (4x5x6, ")
-    assert rows["memory"].startswith("5,792 bytes per probe, 0.695 MB")
+    assert rows["memory"].startswith("7,328 bytes per probe, 0.879 MB")
     assert "warning:" not in out
 
 

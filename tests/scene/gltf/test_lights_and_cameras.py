@@ -7,11 +7,14 @@ import pytest
 from ddgi import load_scene
 from ddgi.errors import SceneError
 from ddgi.scene.camera import camera_rays, look_at
+from ddgi.trace import disney
 from gltf_writing import Writer
 
 DOWN = [-(0.5**0.5), 0, 0, 0.5**0.5]
 """A quarter turn around +x, so that -z points down."""
 MATT = {"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.5, 0.5, 0.5, 1]}}
+LAMBERT = 0.5 * disney.even(1.0)
+"""Its albedo with materials="diffuse"."""
 
 
 def floor_and_light(light, **node):
@@ -49,7 +52,7 @@ def test_a_point_light_follows_the_inverse_square(tmp_path, x, height):
     assert [(found.name, found.kind) for found in scene.named_lights] == [("bulb", "point")]
     distance = np.hypot(x, height)
     irradiance = 100 * np.array([1, 0.5, 0]) * (height / distance) / distance**2
-    np.testing.assert_allclose(directly_lit(scene, x, 0), 0.5 / np.pi * irradiance, rtol=1e-3)
+    np.testing.assert_allclose(directly_lit(scene, x, 0), LAMBERT / np.pi * irradiance, rtol=1e-3)
 
 
 def test_the_sun_has_the_irradiance_of_its_lux(tmp_path):
@@ -68,7 +71,7 @@ def test_the_cone_of_a_spot(tmp_path):
     scene = load_scene(writer.glb(tmp_path), materials="diffuse")
 
     def full(x):
-        return 0.5 / np.pi * 100 * 2 / np.hypot(x, 2) ** 3
+        return LAMBERT / np.pi * 100 * 2 / np.hypot(x, 2) ** 3
 
     np.testing.assert_allclose(directly_lit(scene, 0, 0), full(0), rtol=1e-3)
     np.testing.assert_allclose(directly_lit(scene, 0.99, 0), full(0.99), rtol=1e-2)
