@@ -81,11 +81,11 @@ def wins(rows: Rows) -> str:
 def ablation(rows: Rows) -> str:
     """The weights one by one."""
     found = rows[0]["configurations"]
-    head = ("weights", "FLIP", "luminance", "MFF mean", "rel. MSE")
+    head = ("weights", "FLIP", "luminance", "MFF mean", "rel. MSE", "leak")
     return table(
         head,
         (
-            (n, f"{c['flip_mean']:.3f}", f"{100 * c['luminance_error']:+.0f} %", f"{c['mff_mean']:.3f}", f"{c['rel_mse']:.3f}")
+            (n, f"{c['flip_mean']:.3f}", f"{100 * c['luminance_error']:+.0f} %", f"{c['mff_mean']:.4f}", f"{c['rel_mse']:.4f}", f"{100 * c['leak']['mean']:.2f} %")
             for n, c in found.items()
         ),
     )  # fmt: skip
