@@ -74,6 +74,13 @@ def test_its_figures_are_plain(found):
     assert json.loads(json.dumps(found.figures()))["pixel"] == [16, 12]
 
 
+def test_probes_know_what_rays_from_them_find(found):
+    """In a furnace the same from everywhere, 2 pi; maps and rays agree."""
+    for p in found.probes:
+        assert p.exact == pytest.approx((2 * np.pi,) * 3, rel=0.03)
+        assert p.exact == pytest.approx(p.irradiance, rel=0.05)
+
+
 def test_errors_are_those_of_the_light_that_is_sent_on(found):
     """Of a red surface red counts alone, whatever its other channels would have to reflect."""
     red = replace(found, albedo=(0.5, 0.0, 0.0), field=(2.0, 9.0, 9.0), reference=(4.0, 1.0, 1.0))
@@ -85,11 +92,11 @@ def test_errors_are_those_of_the_light_that_is_sent_on(found):
 
 def test_it_says_which_step_is_largest(found):
     one, half = (1.0,) * 3, (0.5,) * 3
-    steps = replace(found, field=half, seen=half, gathered=one, reference=one, noise=0.01)
+    steps = replace(found, field=half, exact=half, seen=half, gathered=one, reference=one, noise=0.01)
     assert "from true visibility to no probes between" in steps.largest_step
     assert "no step" in replace(steps, noise=0.3).largest_step
     none = (0.0,) * 3
-    dark = replace(steps, field=none, seen=none, gathered=none, reference=none)
+    dark = replace(steps, field=none, exact=none, seen=none, gathered=none, reference=none)
     assert "no indirect light here, nor is there any" in dark.largest_step
     assert "nor" not in replace(dark, field=one).largest_step
 
@@ -98,7 +105,9 @@ def test_its_picture_has_longer_bars_for_more_light(found):
     half = replace(found, gathered=tuple(0.5 * x for x in found.gathered))
     lengths = [(bars(x).astype(int).sum(-1) > 300).sum() for x in (found, half)]
     assert lengths[1] < lengths[0]
-    dark = replace(found, field=(0.0,) * 3, seen=(0.0,) * 3, gathered=(0.0,) * 3, reference=(0.0,) * 3)
+    dark = replace(
+        found, field=(0.0,) * 3, exact=(0.0,) * 3, seen=(0.0,) * 3, gathered=(0.0,) * 3, reference=(0.0,) * 3
+    )
     assert bars(dark).ndim == 3
     assert isinstance(dark, Explanation)
 

@@ -30,6 +30,7 @@ COLUMNS = (
     "a ray sees",
     "share",
     "E alone",
+    "E by rays",
 )
 
 
@@ -94,7 +95,7 @@ def _lines(found: Explanation) -> Iterator[str]:
     widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(COLUMNS))]
     for row in rows:
         yield "".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
-    yield "E [W/m^2]: the light alone that the probe would give; share: of the weights in the end, after query.sight"
+    yield "E [W/m^2]: the light alone that the probe would give, by its map and by rays from it; share: of the weights in the end, after query.sight"
     yield ""
     for name, light in found.steps.items():
         error = errors[name]
@@ -109,7 +110,7 @@ def _row(p: ProbeShare) -> tuple[str, ...]:
     return (
         f"{p.number}: {','.join(map(str, p.coordinates))}", _three(p.position),
         _three(p.moved) if any(p.moved) else "-", p.state, f"{p.trilinear:.3f}", f"{p.wrap:.3f}", f"{p.visible:.3f}",
-        f"{p.crushed:.2g}", "yes" if p.sees else "no", f"{100 * p.share:.1f} %", _three(p.irradiance),
+        f"{p.crushed:.2g}", "yes" if p.sees else "no", f"{100 * p.share:.1f} %", _three(p.irradiance), _three(p.exact),
     )  # fmt: skip
 
 

@@ -1,8 +1,8 @@
 """A pixel explained: the eight probes that light it, factor by factor, and where the error comes from.
 
-One ingredient after the other is exchanged for its exact value: who sees the point, by rays; then the
-probes themselves, by rays from the point to what lights it, which the field lights in turn; then all of
-it, by path tracing.
+One ingredient after the other is exchanged for its exact value: what the probes' maps hold, by rays from
+the probes; who sees the point, by rays; then the probes themselves, by rays from the point to what lights
+it, which the field lights in turn; then all of it, by path tracing.
 """
 
 from __future__ import annotations
@@ -26,13 +26,14 @@ from ddgi.probes import glossy, query
 from ddgi.probes.awake import NAMES
 from ddgi.probes.bounce import Illumination, around, arriving, from_field, from_lamps, reflected
 from ddgi.probes.field import IrradianceField
+from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
 from ddgi.trace.surface import Surface, matt_bounce
 
 GATHERED = 1 << 16
-"""Rays from the point."""
+"""Rays from the point, and from the probes together."""
 WITHIN = 4
 """Side of the path-traced picture of the pixel, in its own pixels."""
 BATCH = 256
@@ -44,8 +45,9 @@ SHINES = 0.3
 SEED = 1 << 28
 """First seed of the path tracer."""
 EXCHANGED = {
+    "exact maps": "noise and angular resolution of the probes' maps",
     "true visibility": "which probes see the point",
-    "no probes between": "interpolation between probes, angular resolution, noise of single ones",
+    "no probes between": "interpolation between probes",
     "path traced": "bounces beyond the first, and materials taken as matt",
 }
 """What the error is that goes away with each step."""
@@ -67,6 +69,7 @@ class ProbeShare:
     sees: bool  # what a ray says
     share: float  # in what is read; those of the eight add up to one
     irradiance: Point  # R, G, B of the map, for the point's normal [W/m^2]
+    exact: Point  # by rays from the probe; the field lights what they meet
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,8 @@ class Explanation:
     albedo: Point
     probes: list[ProbeShare]
     field: Point  # as the query gives it
-    seen: Point  # from the probes that a ray sees, and all factors but visibility
+    exact: Point  # the same shares of what rays from the probes find
+    seen: Point  # of that, from the probes that a ray sees, by all factors but visibility
     gathered: Point  # by rays from the point; the field lights what they meet
     reference: Point  # by path tracing
     noise: float  # standard error of the reference's luminance [W/m^2]
@@ -90,6 +94,7 @@ class Explanation:
         """From the field's answer to the true one, by what is exchanged."""
         return {
             "field": self.field,
+            "exact maps": self.exact,
             "true visibility": self.seen,
             "no probes between": self.gathered,
             "path traced": self.reference,
@@ -161,13 +166,14 @@ def explain(
     watch.phase("updating the field", frames)
     field = _updated(scene, settings, frames, watch)
     at, vol = query.Receiver.on(surface), field.volumes[0]
-    probes = _probes(scene, field, at, settings)
+    probes = _probes(scene, field, at, surface, settings)
     field_light = query.irradiance(vol, at, settings.volume, settings.query, scene.tracer)
     watch.phase("path tracing the pixel")
     albedo = _point(surface.albedo)
     reference, noise = _path_traced(scene, camera, pixel, np.maximum(albedo, 1e-3), seconds)
     # The path tracer's indirect light is without emitters seen from the point, such as a sky, which the field may have.
-    emitted, gathered = _gathered(scene, field, surface, settings)
+    numbers = sampling.uniform_2d(_time(settings), sampling.PROBE_PATH, dr.arange(mi.UInt32, GATHERED))
+    emitted, gathered = _gathered(scene, field, *matt_bounce(surface, numbers), settings)
     return Explanation(
         pixel=pixel,
         position=_point(surface.position, scene.origin),
@@ -175,7 +181,8 @@ def explain(
         albedo=albedo,
         probes=probes,
         field=_point(field_light),
-        seen=_mean([p.irradiance for p in probes], [p.trilinear * p.wrap * p.sees for p in probes]),
+        exact=_point(np.sum([np.multiply(p.share, p.exact) for p in probes], 0)),
+        seen=_mean([p.exact for p in probes], [p.trilinear * p.wrap * p.sees for p in probes]),
         gathered=gathered,
         reference=_point(np.add(reference, emitted)),
         noise=noise,
@@ -208,7 +215,7 @@ def _surface(scene: Scene, camera: Camera, pixel: tuple[int, int]) -> Surface:
 
 
 def _probes(
-    scene: Scene, field: IrradianceField, at: query.Receiver, settings: RenderSettings
+    scene: Scene, field: IrradianceField, at: query.Receiver, surface: Surface, settings: RenderSettings
 ) -> list[ProbeShare]:
     vol, tracer = field.volumes[0], scene.tracer
     grid, s = vol.grid, settings.query
@@ -216,6 +223,8 @@ def _probes(
     found = query.factors(vol, at, settings.volume, s)
     shares = query.shares(vol, at, settings.volume, s, tracer)
     light = query.alone(vol, at, shares, settings.volume, s)
+    lane = dr.arange(mi.UInt32, GATHERED // len(shares))
+    ways = matt_bounce(surface, sampling.uniform_2d(_time(settings), sampling.PROBE_PATH, lane))[1]
     out = []
     for k, (number, share) in enumerate(shares):
         stands = grid.position(number)
@@ -238,22 +247,29 @@ def _probes(
                 sees=bool(_number(sees) > 0.5),
                 share=_number(share),
                 irradiance=_point(light[k]),
+                exact=_gathered(scene, field, stands, ways, settings)[1],
             )
         )
     return out
 
 
+def _time(settings: RenderSettings) -> Clock:
+    """Of the rays here: long after those of the field."""
+    return sampling.clock(settings.seed, 1 << 20)
+
+
 def _gathered(
-    scene: Scene, field: IrradianceField, surface: Surface, settings: RenderSettings
+    scene: Scene, field: IrradianceField, origin: mi.Point3f, direction: mi.Vector3f, settings: RenderSettings
 ) -> tuple[Point, Point]:
-    """Irradiance by rays from the point: from emitters that are left to the field, and with what lamps and field light."""
-    time = sampling.clock(settings.seed, 1 << 20)
+    """Irradiance by rays, distributed by the cosine: from emitters left to the field, and with what lamps and field light.
+
+    origin: (1,) or (N,) [m]; direction: (N,) unit.
+    """
+    time = _time(settings)
     by = Illumination(
         scene.tracer, scene.lights, field.volumes[0], time, settings.gather, settings.direct, settings.query,
         settings.volume,
     )  # fmt: skip
-    sample = sampling.uniform_2d(time, sampling.PROBE_PATH, dr.arange(mi.UInt32, GATHERED))
-    origin, direction = matt_bounce(surface, sample)
     met = scene.tracer.intersect(origin, direction, mi.Bool(True), time=time, stream=sampling.PROBE_ALPHA)
     emitted, on = arriving(by, met, direction), glossy.follow(by, met)
     light = from_lamps(by, on.surface, sampling.PROBE_LIGHT) + from_field(by, around(by, on.surface))
