@@ -79,6 +79,18 @@ def test_probes_know_what_rays_from_them_find(found):
     for p in found.probes:
         assert p.exact == pytest.approx((2 * np.pi,) * 3, rel=0.03)
         assert p.exact == pytest.approx(p.irradiance, rel=0.05)
+        assert p.quiet == pytest.approx(p.exact, rel=0.02)
+
+
+def test_many_rays_take_the_noise_of_maps_away():
+    """Eight rays and no mean over updates: maps of many rays are nearer to what rays from the probes find."""
+    lit = room(diffuse(0.5)) | {"bulb": {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)}}
+    scene = replace(load(lit), cameras=(camera_in(),))
+    noisy = small(rays_per_probe=8, blend_hysteresis=0.0, rays_from_lamps=0)
+    seen = explain(scene, noisy, (16, 12), frames=4, seconds=0)
+    far = lambda p, light: np.abs(np.subtract(light, p.exact)).sum()  # noqa: E731
+    told = sum(far(p, p.quiet) for p in seen.probes)
+    assert told < 0.3 * sum(far(p, p.irradiance) for p in seen.probes)
 
 
 def test_errors_are_those_of_the_light_that_is_sent_on(found):
@@ -92,11 +104,13 @@ def test_errors_are_those_of_the_light_that_is_sent_on(found):
 
 def test_it_says_which_step_is_largest(found):
     one, half = (1.0,) * 3, (0.5,) * 3
-    steps = replace(found, field=half, exact=half, seen=half, gathered=one, reference=one, noise=0.01)
+    steps = replace(
+        found, field=half, quiet=half, exact=half, seen=half, gathered=one, reference=one, noise=0.01
+    )
     assert "from true visibility to no probes between" in steps.largest_step
     assert "no step" in replace(steps, noise=0.3).largest_step
     none = (0.0,) * 3
-    dark = replace(steps, field=none, exact=none, seen=none, gathered=none, reference=none)
+    dark = replace(steps, field=none, quiet=none, exact=none, seen=none, gathered=none, reference=none)
     assert "no indirect light here, nor is there any" in dark.largest_step
     assert "nor" not in replace(dark, field=one).largest_step
 
@@ -106,7 +120,13 @@ def test_its_picture_has_longer_bars_for_more_light(found):
     lengths = [(bars(x).astype(int).sum(-1) > 300).sum() for x in (found, half)]
     assert lengths[1] < lengths[0]
     dark = replace(
-        found, field=(0.0,) * 3, exact=(0.0,) * 3, seen=(0.0,) * 3, gathered=(0.0,) * 3, reference=(0.0,) * 3
+        found,
+        field=(0.0,) * 3,
+        quiet=(0.0,) * 3,
+        exact=(0.0,) * 3,
+        seen=(0.0,) * 3,
+        gathered=(0.0,) * 3,
+        reference=(0.0,) * 3,
     )
     assert bars(dark).ndim == 3
     assert isinstance(dark, Explanation)

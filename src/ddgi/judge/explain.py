@@ -1,7 +1,7 @@
 """A pixel explained: the eight probes that light it, factor by factor, and where the error comes from.
 
-One ingredient after the other is exchanged for its exact value: what the probes' maps hold, by rays from
-the probes; who sees the point, by rays; then the probes themselves, by rays from the point to what lights
+One ingredient after the other is exchanged for its exact value: the probes' maps for such of many rays; what
+they stand for, by rays from the probes; who sees the point, by rays; then the probes themselves, by rays from the point to what lights
 it, which the field lights in turn; then all of it, by path tracing.
 """
 
@@ -23,9 +23,11 @@ from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
 from ddgi.probes import glossy, query
-from ddgi.probes.awake import NAMES
+from ddgi.probes.awake import NAMES, Awake
 from ddgi.probes.bounce import Illumination, around, arriving, from_field, from_lamps, reflected
 from ddgi.probes.field import IrradianceField
+from ddgi.probes.update import update
+from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock
 from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
@@ -34,6 +36,8 @@ from ddgi.trace.surface import Surface, matt_bounce
 
 GATHERED = 1 << 16
 """Rays from the point, and from the probes together."""
+MANY = 4096
+"""Rays of each probe for maps without noise."""
 WITHIN = 4
 """Side of the path-traced picture of the pixel, in its own pixels."""
 BATCH = 256
@@ -45,7 +49,8 @@ SHINES = 0.3
 SEED = 1 << 28
 """First seed of the path tracer."""
 EXCHANGED = {
-    "exact maps": "noise and angular resolution of the probes' maps",
+    "many rays": "noise of the probes' maps",
+    "exact maps": "angular resolution of the probes' maps",
     "true visibility": "which probes see the point",
     "no probes between": "interpolation between probes",
     "path traced": "bounces beyond the first, and materials taken as matt",
@@ -69,6 +74,7 @@ class ProbeShare:
     sees: bool  # what a ray says
     share: float  # in what is read; those of the eight add up to one
     irradiance: Point  # R, G, B of the map, for the point's normal [W/m^2]
+    quiet: Point  # of its map made anew, of many rays
     exact: Point  # by rays from the probe; the field lights what they meet
 
 
@@ -82,7 +88,8 @@ class Explanation:
     albedo: Point
     probes: list[ProbeShare]
     field: Point  # as the query gives it
-    exact: Point  # the same shares of what rays from the probes find
+    quiet: Point  # the same shares of the probes' maps made anew, of many rays
+    exact: Point  # and of what rays from the probes find
     seen: Point  # of that, from the probes that a ray sees, by all factors but visibility
     gathered: Point  # by rays from the point; the field lights what they meet
     reference: Point  # by path tracing
@@ -94,6 +101,7 @@ class Explanation:
         """From the field's answer to the true one, by what is exchanged."""
         return {
             "field": self.field,
+            "many rays": self.quiet,
             "exact maps": self.exact,
             "true visibility": self.seen,
             "no probes between": self.gathered,
@@ -181,6 +189,7 @@ def explain(
         albedo=albedo,
         probes=probes,
         field=_point(field_light),
+        quiet=_point(np.sum([np.multiply(p.share, p.quiet) for p in probes], 0)),
         exact=_point(np.sum([np.multiply(p.share, p.exact) for p in probes], 0)),
         seen=_mean([p.exact for p in probes], [p.trilinear * p.wrap * p.sees for p in probes]),
         gathered=gathered,
@@ -223,6 +232,8 @@ def _probes(
     found = query.factors(vol, at, settings.volume, s)
     shares = query.shares(vol, at, settings.volume, s, tracer)
     light = query.alone(vol, at, shares, settings.volume, s)
+    anew = _anew(scene, field, sorted({int(number[0]) for number, _ in shares}), settings)
+    quiet = query.alone(anew, at, shares, settings.volume, s)
     lane = dr.arange(mi.UInt32, GATHERED // len(shares))
     ways = matt_bounce(surface, sampling.uniform_2d(_time(settings), sampling.PROBE_PATH, lane))[1]
     out = []
@@ -247,10 +258,22 @@ def _probes(
                 sees=bool(_number(sees) > 0.5),
                 share=_number(share),
                 irradiance=_point(light[k]),
+                quiet=_point(quiet[k]),
                 exact=_gathered(scene, field, stands, ways, settings)[1],
             )
         )
     return out
+
+
+def _anew(scene: Scene, field: IrradianceField, probes: list[int], settings: RenderSettings) -> ProbeVolume:
+    """The volume with the maps of some probes made anew in one update, of many rays each, that keeps nothing old."""
+    vol = field.volumes[0]
+    awake = Awake(len(probes), mi.UInt32(probes))
+    fresh = replace(vol, awake=awake, age=dr.zeros(mi.UInt32, vol.grid.size))
+    s = replace(settings, rays=replace(settings.rays, per_probe=max(MANY, settings.rays.per_probe)))
+    made = update(scene.tracer, scene.lights, replace(field, volumes=[fresh]), _time(settings), s)
+    dr.eval(made)
+    return made.volumes[0]
 
 
 def _time(settings: RenderSettings) -> Clock:
