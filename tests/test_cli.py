@@ -85,6 +85,18 @@ def test_debug_writes_a_picture(run, tmp_path):
     assert "irradiance-atlas" in err
 
 
+@pytest.mark.parametrize(
+    "command", [("explain", "--pixel", "1,1", "-o"), ("flicker", "-o"), ("render", "-o")]
+)
+def test_a_picture_and_figures_do_not_go_to_one_file(run, command, tmp_path):
+    png = tmp_path / "a.png"
+    name, *options = command
+    code, _, err = run(name, "cornell", *options, png, "--json", png)
+    assert code != 0
+    assert "cannot go to one file" in err
+    assert not png.exists()
+
+
 @pytest.mark.parametrize("pixel", ["3", "3,4,5", "-1,2", "a,b", "1.5,2"])
 def test_what_is_no_pixel_is_refused(run, pixel):
     code, _, err = run("explain", "cornell", "--pixel", pixel)

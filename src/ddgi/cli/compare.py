@@ -17,7 +17,7 @@ from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
 from ddgi.cli.values import Finite
-from ddgi.errors import OutputError, SettingsError
+from ddgi.errors import SettingsError
 
 if TYPE_CHECKING:
     from ddgi.judge.compare import Comparison
@@ -81,9 +81,7 @@ def compare(
         if output is not None:
             check_display(output)
         if json_file is not None:
-            check_figures_file(json_file)
-            if output is not None and output.resolve() == json_file.resolve():
-                raise OutputError(f"{output}: the picture and the figures cannot go to one file")
+            check_figures_file(json_file, output)
         trials = list(_trials(settings_request, presets, sweep))
         progress.phase(f"loading {scene}")
         loaded = scene_request.open(scene)

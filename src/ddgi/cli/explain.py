@@ -13,7 +13,6 @@ from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
 from ddgi.cli.values import Finite, Pixel
-from ddgi.errors import OutputError
 
 if TYPE_CHECKING:
     from ddgi.judge.explain import Explanation, ProbeShare
@@ -68,9 +67,7 @@ def explain(
     if output is not None:
         check_display(output)
     if json_file is not None:
-        check_figures_file(json_file)
-        if output is not None and output.resolve() == json_file.resolve():
-            raise OutputError(f"{output}: the picture and the figures cannot go to one file")
+        check_figures_file(json_file, output)
     settings = settings_request.settings()
     with Progress() as progress:
         progress.phase(f"loading {scene}")

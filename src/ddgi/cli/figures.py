@@ -8,19 +8,27 @@ from typing import Any
 
 import click
 
+from ddgi.errors import OutputError
 from ddgi.whole_file import check_place, whole_file
 
 STDOUT = Path("-")
 
 
-def check_figures_file(path: Path) -> None:
+def check_figures_file(path: Path, *pictures: Path | None) -> None:
     """See that figures can be written, before the work starts.
+
+    Args:
+        path: Where to.
+        pictures: Where the command's pictures go, if it writes any.
 
     Raises:
         OutputError: They cannot; says why.
     """
-    if path != STDOUT:
-        check_place(path)
+    if path == STDOUT:
+        return
+    check_place(path)
+    if path.resolve() in (picture.resolve() for picture in pictures if picture is not None):
+        raise OutputError(f"{path}: the picture and the figures cannot go to one file")
 
 
 def write_figures(path: Path, figures: Any) -> None:

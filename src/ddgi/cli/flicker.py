@@ -43,7 +43,7 @@ def flicker(
     if map_file is not None:
         check_writable(map_file)
     if json_file is not None:
-        check_figures_file(json_file)
+        check_figures_file(json_file, map_file)
     settings = settings_request.settings()
     with Progress() as progress:
         progress.phase(f"loading {scene}")

@@ -88,7 +88,7 @@ def _render(
     for path in outputs:
         check_writable(path)
     if json_file is not None:
-        check_figures_file(json_file)
+        check_figures_file(json_file, *outputs)
     settings = settings_request.settings()
     if any(path.suffix.lower() == ".exr" for path in outputs):
         settings = replace(settings, picture=replace(settings.picture, layers=True))

@@ -1,8 +1,8 @@
 """A pixel explained: the eight probes that light it, factor by factor, and where the error comes from.
 
-One ingredient after the other is exchanged for its exact value: the probes' maps for such of many rays; what
-they stand for, by rays from the probes; who sees the point, by rays; then the probes themselves, by rays from the point to what lights
-it, which the field lights in turn; then all of it, by path tracing.
+One ingredient after the other is exchanged for its exact value: the probes' maps for such of many rays;
+what they stand for, by rays from the probes; who sees the point, by rays; then the probes themselves, by
+rays from the point to what lights it, which the field lights in turn; then all of it, by path tracing.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Explanation:
             lit = any(map(luminance, self.steps.values()))
             return "the path tracer finds no indirect light here" + ("" if lit else ", nor is there any")
         changes = np.abs(np.diff(errors))
-        if changes.max() < 2 * self.noise / luminance(self.reference):
+        if changes.max() * luminance(self.reference) < 2 * self.noise:
             return "no step is larger than what the path tracer can tell"
         number = int(changes.argmax())
         before, after = list(self.steps)[number : number + 2]
