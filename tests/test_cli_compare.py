@@ -79,9 +79,9 @@ def test_one_preset_beside_several_is_refused(refused):
 @pytest.mark.slow
 def test_frames_that_are_all_warm_up_are_noted(run):
     few = ["compare", "cornell-point", "--no-rivals", "--seconds", "0", *QUICK]
-    _, _, err = run(*few, "--sweep", "blend.warm_up=3,4,12")
+    _, _, err = run(*few, "--sweep", "blend.warm_up=3,4,16")
     noted = [line for line in err.splitlines() if "warm-up" in line]
-    assert [line.split(": ")[2] for line in noted] == ["default, blend.warm_up=12", "blend.warm_up=4"]
+    assert [line.split(": ")[2] for line in noted] == ["default, blend.warm_up=16", "blend.warm_up=4"]
     assert "4 frames, no more than" in noted[0]
 
 

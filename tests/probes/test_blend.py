@@ -136,8 +136,8 @@ def sequence(count, **values):
 
 
 def test_hysteresis_warms_up():
-    """Nothing old for 12 updates, then a running mean until 0.97 takes over."""
-    expected = [0.0] * 12 + [min(n / (n + 3), 0.97) for n in range(1, 109)]
+    """Nothing old for 16 updates, then a running mean until 0.97 takes over."""
+    expected = [0.0] * 16 + [min(n / (n + 3), 0.97) for n in range(1, 105)]
     assert np.allclose(sequence(120), expected, atol=1e-6)
     assert sequence(120)[-1] == pytest.approx(0.97)
 

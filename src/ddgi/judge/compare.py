@@ -248,7 +248,7 @@ def _still_dark(judged: Sequence[Judged]) -> list[str]:
             lines.append(
                 f"{outcome.trial.name}: after {counted(outcome.frames, 'frame')} {100 * left:.0f} % of the first, "
                 "too dark update is left in the field, and more of later bounces: ask for more frames, "
-                "or set blend.warm_up=12"
+                "or set blend.warm_up=16"
             )
     return lines
 

@@ -44,7 +44,7 @@ class Settings:
         Doc(
             "first updates that keep nothing old, one bounce each; then a running mean until hysteresis is reached; 0: hysteresis from the second update on"
         ),
-    ] = 12
+    ] = 16
     recency: Annotated[
         float,
         Interval(ge=1, le=16),
