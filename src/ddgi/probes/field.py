@@ -49,12 +49,13 @@ class IrradianceField:
             asked_for, all_there = _in_short(asked), _in_short(scene.bounds)
             raise SettingsError(f"grid.box, {asked_for}, lies wholly outside the scene, {all_there} [m]")
         here = -scene.origin[0], -scene.origin[1], -scene.origin[2]
-        seen = region.look(scene.tracer, scene.cameras)
+        tracer = scene.still_tracer
+        seen = region.look(tracer, scene.cameras)
         if asked:
             box = moved(asked, here)
-            found = walls.find(scene.tracer, box)
+            found = walls.find(tracer, box)
         else:
-            box = region.find(scene.tracer, seen, moved(scene.bounds, here))
+            box = region.find(tracer, seen, moved(scene.bounds, here))
             found = _walls(scene, seen, box)
         layout = grid.fit(box, replace(settings.grid, box=None), found)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
@@ -108,7 +109,7 @@ class IrradianceField:
             scene: The scene, with the cameras that are to be served.
             settings: Those of the frames to come.
         """
-        seen = region.look(scene.tracer, scene.cameras)
+        seen = region.look(scene.still_tracer, scene.cameras)
         return replace(self, volumes=[_placed(vol, scene, seen, settings) for vol in self.volumes])
 
     def reset(self) -> IrradianceField:
@@ -132,13 +133,17 @@ def _in_short(box: Box) -> str:
 
 
 def _placed(vol: ProbeVolume, scene: Scene, seen: region.Seen, settings: RenderSettings) -> ProbeVolume:
-    """The volume with its probes where they are to stand, what they see of one another, and what they are to do."""
+    """The volume with its probes where they are to stand, what they see of one another, and what they are to do.
+
+    By what stays where it is (SCALE 5): what moves is elsewhere soon.
+    """
     before, s = vol.grid.offsets(), settings.relocation
-    layout = relocation.relocate(scene.tracer, replace(vol.grid, offset=None), seen, s)
+    tracer = scene.still_tracer
+    layout = relocation.relocate(tracer, replace(vol.grid, offset=None), seen, s)
     moved = np.abs(layout.offsets() - before) > s.rejects * np.ravel(layout.spacing)
-    vol = replace(vol, grid=layout, sight=sight.look(scene.tracer, layout))
+    vol = replace(vol, grid=layout, sight=sight.look(tracer, layout))
     vol = vol.renewed(moved.any(-1), settings.blend.warm_up)
-    return states.classify(vol, scene.tracer, seen, settings.states, settings.blend.warm_up)
+    return states.classify(vol, tracer, seen, settings.states, settings.blend.warm_up)
 
 
 def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:
@@ -147,7 +152,7 @@ def _walls(scene: Scene, seen: region.Seen, box: Box) -> list[walls.Walls]:
     eyes = np.array([np.ravel(camera.position) for camera in scene.cameras])
     flat = (high - low).min() < grid.FLAT * (high - low).max()
     if flat or ((eyes >= low) & (eyes <= high)).all(-1).any() or not seen.weight.any():
-        return walls.find(scene.tracer, box)
+        return walls.find(scene.still_tracer, box)
     return walls.among(seen.position, seen.normal, seen.weight, box)
 
 

@@ -1,4 +1,4 @@
-"""What the caller adds to a scene, and takes out of it."""
+"""What the caller adds to a scene, takes out of it, and wants to move in it."""
 
 from __future__ import annotations
 
@@ -18,3 +18,4 @@ class Added:
     lights: AddedLights = AddedLights()
     ceiling: Height | None = None
     clear: tuple[str, ...] = ()
+    movable: tuple[str, ...] = ()

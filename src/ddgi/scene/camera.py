@@ -185,6 +185,31 @@ def turned(camera: Camera, pivot: npt.ArrayLike, axis: npt.ArrayLike, degrees: f
     )
 
 
+def carried(camera: Camera, matrix: np.ndarray, origin: Point, size: tuple[int, int]) -> Camera:
+    """The same camera moved by a matrix, whose scale only says where it stands; with pictures of another size.
+
+    Args:
+        camera: The camera.
+        matrix: (4, 4) what moves it, in coordinates that count from `origin`.
+        origin: (3,) in the camera's coordinates [m].
+        size: (width, height) [pixels].
+    """
+    linear, here = matrix[:3, :3], np.asarray(origin)
+
+    def turn(vector: npt.ArrayLike) -> np.ndarray:
+        v = np.array(vector, np.float64).ravel()
+        out = linear @ v
+        return out * (np.linalg.norm(v) / max(float(np.linalg.norm(out)), 1e-30))
+
+    position = linear @ (np.ravel(camera.position) - here) + matrix[:3, 3] + here
+    near = float(np.ravel(camera.near)[0])
+    moved = make_camera(
+        camera.name, position, turn(camera.forward), turn(camera.right), turn(camera.up), camera.size,
+        near=near, orthographic=camera.orthographic,
+    )  # fmt: skip
+    return moved if size == camera.size else with_size(moved, size)
+
+
 def _written(vector: np.ndarray) -> str:
     return ", ".join(f"{x:g}" for x in vector)
 

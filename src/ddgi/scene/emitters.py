@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -32,6 +32,7 @@ class DeltaLight:
     position: np.ndarray
     direction: np.ndarray
     cone: tuple[float, float] = (np.pi, 1.0)
+    node: int | None = None  # of the plugin that it was read from
 
 
 ENVIRONMENTS = ("ConstantBackgroundEmitter", "EnvironmentMapEmitter", "SunskyEmitter", "TimedSunskyEmitter")
@@ -64,12 +65,13 @@ class EmitterReader:
             SceneError: Its light is negative, NaN or infinite; or it is a second environment.
         """
         kind = emitter.class_name()
-        if kind == "PointLight":
-            self.delta.append(self._point(emitter))
-        elif kind == "SpotLight":
-            self.delta.append(self._spot(emitter))
-        elif kind == "DirectionalEmitter":
-            self.delta.append(self._directional(emitter))
+        readers = {
+            "PointLight": self._point,
+            "SpotLight": self._spot,
+            "DirectionalEmitter": self._directional,
+        }
+        if kind in readers:
+            self.delta.append(replace(readers[kind](emitter), node=self._tree.node_of(emitter)))
         elif kind in ENVIRONMENTS:
             self._set_environment(emitter)
         else:

@@ -43,6 +43,7 @@ def load_scene(
     ceiling: Height | None = None,
     clear: Sequence[str] = (),
     materials: str = "full",
+    movable: Sequence[str] = (),
 ) -> Scene:
     """Load a scene.
 
@@ -68,6 +69,9 @@ def load_scene(
         materials: "full", or "diffuse" for a comparison: every surface is Lambertian with its albedo,
             gloss left out, and glass is gone, here and in the scene's `source`. Shapes handed
             over as Mitsuba objects keep their Lambertian BSDF afterwards.
+        movable: Names of shapes that are to be able to move (`Scene.moved`, `Scene.bent`), or patterns
+            such as "ball-*". What the animations of a glTF file move can always. Probes are placed as
+            if these shapes were not there.
 
     Returns:
         The scene. A scene without any light gets a clear sky with its sun, and a note that says so.
@@ -84,7 +88,9 @@ def load_scene(
     if isinstance(clear, str):
         raise SceneError(f"clear must be a list of names, not {clear!r}")
     use_backend()
-    added = Added(AddedLights(sun, sky, env, tuple(lights)), ceiling, tuple(clear))
+    added = Added(AddedLights(sun, sky, env, tuple(lights)), ceiling, tuple(clear), tuple(movable))
+    if isinstance(movable, str):
+        raise SceneError(f"movable must be a list of names, not {movable!r}")
     scene = _imported(source, added, up, materials == "diffuse")
     scene = _seen(scene, camera, look, indoors=ceiling is not None)
     if size is not None:
@@ -158,11 +164,17 @@ def _imported(
 def _gltf(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.gltf.description import read_gltf
     from ddgi.scene.notes import Notes
+    from ddgi.scene.play import Player, moving_shapes
 
     notes = Notes()
     read = read_gltf(path, notes)
-    scene = _described(path, read.description, notes, added, up, diffuse, read.origin, read.called)
-    return replace(scene, rig=read.rig)
+    scene = _described(
+        path, read.description, notes, added, up, diffuse, read.origin, read.called,
+        moving_shapes(read.rig),
+    )  # fmt: skip
+    assert scene.motion is not None
+    player = Player(read.rig, scene.origin) if read.rig.clips else None
+    return replace(scene, rig=read.rig, motion=replace(scene.motion, player=player))
 
 
 def _obj(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
@@ -192,6 +204,7 @@ def _described(
     diffuse: bool,
     origin: np.ndarray | None,
     called: dict[str, str] | None = None,
+    animated: frozenset[str] = frozenset(),
 ) -> Scene:
     """The scene that a description made of a file stands for; +y is up unless the caller says.
 
@@ -205,7 +218,14 @@ def _described(
         tree = PluginTree.parse(description)
         tree.called = called or {}
         return import_scene(
-            tree, _name(path), added=added, up=up, diffuse=diffuse, notes=notes, origin=origin
+            tree,
+            _name(path),
+            added=added,
+            up=up,
+            diffuse=diffuse,
+            notes=notes,
+            origin=origin,
+            animated=animated,
         )
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from error

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import fnmatch
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +21,18 @@ from ddgi.scene.daylight import default_daylight
 from ddgi.scene.emitters import EmitterReader, make_lights
 from ddgi.scene.lambertian import make_lambertian
 from ddgi.scene.materials import MaterialReader, material_table
+from ddgi.scene.motion import Motion
 from ddgi.scene.named_lights import name_lights
 from ddgi.scene.no_surface import none_has_area
 from ddgi.scene.notes import NO_LIGHT, Notes
 from ddgi.scene.old_plugins import replace_old_plugins
 from ddgi.scene.plugin_tree import PluginTree, one_line
+from ddgi.scene.pose import Pose
 from ddgi.scene.recentre import movable, move, note_origin, origin_for
 from ddgi.scene.scene import Scene
 from ddgi.scene.sensors import CAMERAS, read_camera, sensor_up
-from ddgi.scene.shapes import Geometry, ShapeReader
+from ddgi.scene.shapes import Geometry, ShapeReader, Traced
+from ddgi.scene.stage import Stage
 from ddgi.scene.textures import TextureReader
 from ddgi.scene.validate import check_bounds
 
@@ -56,6 +60,7 @@ def import_scene(
     diffuse: bool = False,
     notes: Notes | None = None,
     origin: np.ndarray | None = None,
+    animated: Collection[str] = (),
 ) -> Scene:
     """Build the scene that a plugin tree describes; without a camera if it names none.
 
@@ -69,6 +74,7 @@ def import_scene(
         notes: What was changed or left out before.
         origin: (3,) what the tree counts from already, in the coordinates of its file; None: nothing
             was moved, and a scene that lies far from the origin will be, in the tree as well.
+        animated: Names of shapes that an animation moves; those that were left out do not count.
 
     Raises:
         SceneError: An element cannot be used; the message names it.
@@ -103,24 +109,67 @@ def import_scene(
         for index in tree.graft(default_daylight().description(up), "added for want of light"):
             emitters.add(tree.build(index))
 
-    mi_scene = _assembled(geometry, emitters.environment)
-    _check_bounds(mi_scene, moved, name)
+    still, movers = _parted(geometry, added.movable, animated)
+    mi_scene = _assembled(still, emitters.environment)
+    stage = Stage(movers, geometry.names) if movers else None
+    _check_bounds(_around(mi_scene, stage), moved, name)
     note_origin(moved, notes)
+    lights = make_lights(emitters.delta, geometry.area_lights, mi_scene.environment())
+    named = name_lights(emitters, geometry)
     return Scene(
         name=name,
         mi_scene=mi_scene,
         materials=material_table(geometry.rows),
-        lights=make_lights(emitters.delta, geometry.area_lights, mi_scene.environment()),
+        lights=lights,
         cameras=tuple(cameras),
         up=_point(up),
         box=box,
         triangles=geometry.triangles,
         shapes=geometry.names,
-        named_lights=name_lights(emitters, geometry),
+        named_lights=named,
         notes=notes.lines(),
         parsed=tree.state,
+        motion=Motion(stage, lights, {c.name: c for c in cameras}, _nodes(tree, movers, geometry, emitters)),
         origin=_point(moved),
     )
+
+
+def _parted(
+    geometry: Geometry, movable: Sequence[str], animated: Collection[str]
+) -> tuple[list[Traced], list[Traced]]:
+    """The shapes that stay, and those that can move: named by the user, by name or pattern, or by an animation.
+
+    Raises:
+        SceneError: The user names no shape that there is.
+    """
+    names = [name for name, _ in geometry.traced]
+    moving = set(animated)
+    for wanted in movable:
+        found = {wanted} & set(names) or set(fnmatch.filter(names, wanted))
+        if not found:
+            raise SceneError(f"movable: no shape called {wanted!r}: there are {', '.join(names)}")
+        moving |= found
+    still = [shape for shape in geometry.traced if shape[0] not in moving]
+    return still, [shape for shape in geometry.traced if shape[0] in moving]
+
+
+def _nodes(
+    tree: PluginTree, movers: Sequence[Traced], geometry: Geometry, emitters: EmitterReader
+) -> dict[str, int]:
+    """Which plugins of the tree can move, by name."""
+    found = {light.name: light.node for light in emitters.delta if light.node is not None}
+    owners = {name: geometry.owners.get(geometry.names[name]) for name, _ in movers if name in geometry.names}
+    return found | {name: owner for name, owner in owners.items() if isinstance(owner, int)}
+
+
+def _around(scene: mi.Scene, stage: Stage | None) -> np.ndarray:
+    """(2, 3) low and high corner around all geometry, at rest."""
+    box = scene.bbox()
+    low, high = np.ravel(box.min), np.ravel(box.max)
+    if stage is not None:
+        moving = stage.box(Pose())
+        low, high = np.fmin(low, moving[0]), np.fmax(high, moving[1])
+    return np.stack([low, high])
 
 
 def _moved(tree: PluginTree, geometry: Geometry, notes: Notes) -> np.ndarray:
@@ -178,18 +227,17 @@ def _add_ceiling(
     notes: Notes,
 ) -> None:
     """Lay a ceiling, whose height is in the file's coordinates, over what was read of a tree that counts from `origin`."""
-    open_scene, below = _assembled(shapes.geometry, None), float(origin @ up)
-    _check_bounds(open_scene, origin, name)
+    open_scene, below = _assembled(shapes.geometry.traced, None), float(origin @ up)
+    _check_bounds(_around(open_scene, None), origin, name)
     slab, height = describe_ceiling(open_scene, height, up, below)
     for index in tree.graft({CEILING: slab}, "added to the scene"):
         shapes.add(index, CEILING)
     notes.add(f"a ceiling added at a height of {height:.4g}")
 
 
-def _check_bounds(scene: mi.Scene, origin: np.ndarray, name: str) -> None:
-    """Refuse geometry without a usable box around it; `scene` counts from `origin`."""
-    box = scene.bbox()
-    check_bounds((_point(np.ravel(box.min) + origin), _point(np.ravel(box.max) + origin)), name)
+def _check_bounds(box: np.ndarray, origin: np.ndarray, name: str) -> None:
+    """Refuse geometry without a usable box (2, 3) around it, which counts from `origin`."""
+    check_bounds((_point(box[0] + origin), _point(box[1] + origin)), name)
 
 
 def nearest_axis(direction: np.ndarray) -> np.ndarray:
@@ -282,10 +330,10 @@ def _drop_environment(tree: PluginTree, notes: Notes) -> None:
             tree.drop(0, key)
 
 
-def _assembled(geometry: Geometry, environment: mi.Emitter | None) -> mi.Scene:
-    """Mitsuba's scene over the traced shapes, which keep their names."""
+def _assembled(shapes: Sequence[Traced], environment: mi.Emitter | None) -> mi.Scene:
+    """Mitsuba's scene over traced shapes, which keep their names."""
     description: dict[str, Any] = {"type": "scene"}
-    for number, (_, shape) in enumerate(geometry.traced):
+    for number, (_, shape) in enumerate(shapes):
         description[f"shape-{number}"] = shape
     if environment is not None:
         description["environment"] = environment
@@ -293,6 +341,6 @@ def _assembled(geometry: Geometry, environment: mi.Emitter | None) -> mi.Scene:
         scene = mi.load_dict(description, optimize=False, parallel=False)
     except Exception as error:
         raise SceneError(one_line(error)) from error
-    for name, shape in geometry.traced:
+    for name, shape in shapes:
         shape.set_id(name)  # the dictionary's keys became ids
     return scene

@@ -251,9 +251,13 @@ class PluginTree:
         path = Path(str(mi.file_resolver().resolve(properties["filename"])))
         return heard(self.label(index), self.notes) if is_jpeg(path) else nullcontext()
 
+    def node_of(self, built: Any) -> int | None:
+        """The node an object was built from; None if it came as an object."""
+        return self._node_of.get(id(built))
+
     def properties_of(self, built: Any) -> Any | None:
         """The properties an object was built from; None if it came as an object."""
-        index = self._node_of.get(id(built))
+        index = self.node_of(built)
         return None if index is None else self.properties(index)
 
     def label_of(self, built: Any) -> str:

@@ -16,10 +16,14 @@ from ddgi.errors import SceneError
 from ddgi.lighting.lights import Lights
 from ddgi.scene.camera import Camera
 from ddgi.scene.dimming import dim
+from ddgi.scene.motion import Motion, move_plugins, moved_cameras, moved_lights
 from ddgi.scene.named_lights import NamedLight, find_light
+from ddgi.scene.play import find_clip
+from ddgi.scene.pose import Pose
 from ddgi.scene.rig import Rig
 from ddgi.trace.materials import Materials
 from ddgi.trace.mesh import MeshTracer
+from ddgi.trace.movers import Movers
 
 
 @dataclass
@@ -36,7 +40,7 @@ class Scene:
     name: str
     mi_scene: (
         mi.Scene
-    )  # the static geometry, area lights and environment; its BSDFs are ignored, other lights not in it
+    )  # the geometry that stays, area lights and environment; its BSDFs are ignored, other lights not in it
     materials: Materials
     lights: Lights
     cameras: tuple[Camera, ...]  # at least one, but while it is being loaded
@@ -48,6 +52,8 @@ class Scene:
     notes: tuple[str, ...] = ()  # what the import changed or left out, one line each
     rig: Rig | None = None  # what of a glTF file can move; None for others
     parsed: Any = None  # Mitsuba's parsed scene, all materials and lights in it; never built itself: `source`
+    motion: Motion | None = None  # what of it can move; shared by copies
+    pose: Pose = field(default_factory=Pose)  # where that stands
     origin: Point = (0.0, 0.0, 0.0)  # what is traced counts from here: a place in the file's coordinates [m]
 
     serial: int = field(default_factory=count(1).__next__)  # of what was loaded; kept by copies that share it
@@ -66,18 +72,35 @@ class Scene:
 
     @cached_property
     def _traced_bounds(self) -> Box:
-        """The box around all geometry, from `origin`."""
+        """The box around all geometry, at rest where it moves, from `origin`."""
         bounds = self.mi_scene.bbox()
-        (a, b, c), (d, e, f) = np.ravel(bounds.min).tolist(), np.ravel(bounds.max).tolist()
+        low, high = np.ravel(bounds.min), np.ravel(bounds.max)
+        if self.motion is not None and self.motion.stage is not None:  # nothing may be left that stays
+            box = self.motion.stage.box(Pose())
+            low, high = np.fmin(low, box[0]), np.fmax(high, box[1])
+        (a, b, c), (d, e, f) = low.tolist(), high.tolist()
         return (a, b, c), (d, e, f)
 
     @property
+    def mi_shapes(self) -> list[mi.Shape]:
+        """Mitsuba's shapes: those that stay, and those that can move as they were loaded."""
+        moving = (
+            self.motion.stage.at_rest if self.motion is not None and self.motion.stage is not None else ()
+        )
+        return [*self.mi_scene.shapes(), *moving]
+
+    @property
     def source(self) -> Any:
-        """Mitsuba's parsed scene, to build with `mi.parser.instantiate`; None if there is none.
+        """Mitsuba's parsed scene as it stands now, to build with `mi.parser.instantiate`; None if there is none.
 
         A copy, as building empties it: what it referred to is replaced by what was built.
         """
-        return None if self.parsed is None else mi.parser.ParserState(self.parsed)
+        if self.parsed is None:
+            return None
+        state = mi.parser.ParserState(self.parsed)
+        if self.motion is not None:
+            move_plugins(state, self.motion.nodes, self.pose)
+        return state
 
     @property
     def tracer(self) -> MeshTracer:
@@ -86,6 +109,20 @@ class Scene:
         Made anew for every frame. Kept with the scene, recordings read wrong or freed memory once other
         scenes had come and gone (Dr.Jit 1.5; `tests/test_turntable.py` shows it).
         """
+        stage = self.motion.stage if self.motion is not None else None
+        return self._tracer(None if stage is None else stage.show(self.pose))
+
+    @property
+    def still_tracer(self) -> MeshTracer:
+        """What traces rays through that part of it which cannot move: probes are placed by that.
+
+        Where nothing stays, through everything as it stands.
+        """
+        if not self.mi_scene.shapes():
+            return self.tracer
+        return self._tracer(None)
+
+    def _tracer(self, movers: Movers | None) -> MeshTracer:
         extent = float(np.abs(self._traced_bounds).max())
         return MeshTracer(
             self.mi_scene,
@@ -93,6 +130,7 @@ class Scene:
             dr.opaque(mi.Point3d, list(self.origin)),
             dr.opaque(mi.Float, extent),
             self.serial,
+            movers,
         )
 
     @property
@@ -132,3 +170,87 @@ class Scene:
         chosen = self.named_lights if light is None else (find_light(self.named_lights, light),)
         lights, materials = dim(self.lights, self.materials, chosen, share)
         return replace(self, lights=lights, materials=materials)
+
+    def at(self, time: float, clip: str | int | None = None) -> Scene:
+        """The same scene at a moment of an animation of its file; nothing is recorded anew for it.
+
+        Args:
+            time: In seconds. Before the first key and after the last things stand as they do there.
+            clip: Name or number of the animation; by default the first.
+
+        Raises:
+            SceneError: Nothing in the scene is animated, or there is no such animation.
+        """
+        player = self.motion.player if self.motion is not None else None
+        if player is None or self.rig is None:
+            raise SceneError(f"{self.name}: nothing in it is animated")
+        if not np.isfinite(time):
+            raise SceneError(f"a time must be a finite number of seconds, not {time!r}")
+        return self.posed(player.pose(find_clip(self.rig.clips, clip), time))
+
+    def moved(self, name: str, matrix: np.ndarray) -> Scene:
+        """The same scene with one thing elsewhere; nothing is recorded anew for it.
+
+        Args:
+            name: Of a shape that was loaded as `movable`, or of a light or camera.
+            matrix: (4, 4) what takes it there from where it was loaded, in the coordinates of the file.
+
+        Raises:
+            SceneError: There is no such thing that can be moved, or the matrix is no placement.
+        """
+        matrix = np.asarray(matrix, np.float64)
+        if matrix.shape != (4, 4) or not np.allclose(matrix[3], [0, 0, 0, 1], atol=1e-6):
+            raise SceneError(f"{name}: a placement is a 4 x 4 matrix whose last row is 0, 0, 0, 1")
+        self._check_movable(name, ("shape", "light", "camera"))
+        here = matrix.copy()  # about `origin`
+        with np.errstate(invalid="ignore"):  # what comes of it is checked
+            here[:3, 3] += matrix[:3, :3] @ self.origin - self.origin
+        return self.posed(replace(self.pose, matrices={**self.pose.matrices, name: here}))
+
+    def bent(self, name: str, positions: np.ndarray, normals: np.ndarray | None = None) -> Scene:
+        """The same scene with one mesh in another form; nothing is recorded anew for it.
+
+        Args:
+            name: Of a mesh that was loaded as `movable`.
+            positions: (V, 3) of its vertices, as many as it has, in the coordinates of the file [m].
+            normals: (V, 3) for smooth meshes; by default they follow from the faces around each vertex.
+
+        Raises:
+            SceneError: There is no such mesh, or it has another number of vertices.
+        """
+        self._check_movable(name, ("shape",))
+        assert self.motion is not None
+        assert self.motion.stage is not None
+        bent = self.motion.stage.bent(name, np.asarray(positions, np.float64) - self.origin, normals)
+        return self.posed(replace(self.pose, bent={**self.pose.bent, name: bent}))
+
+    def posed(self, pose: Pose) -> Scene:
+        """The same scene in a pose. What has gone astray in it stays where it was, and a note says so."""
+        assert self.motion is not None
+        pose, astray = pose.finite(self.pose)
+        notes = tuple(f"{name}: gone astray (not finite, or too far): left where it was" for name in astray)
+        return replace(
+            self,
+            pose=pose,
+            lights=moved_lights(self.lights, self.motion.lights, self.named_lights, pose),
+            cameras=moved_cameras(self.cameras, self.motion.cameras, pose, self.origin),
+            notes=self.notes + tuple(note for note in notes if note not in self.notes),
+        )
+
+    def _check_movable(self, name: str, kinds: tuple[str, ...]) -> None:
+        stage = self.motion.stage if self.motion is not None else None
+        things = {
+            "shape": stage.names if stage is not None else (),
+            "light": tuple(
+                light.name for light in self.named_lights if light.kind not in ("area", "environment")
+            ),
+            "camera": tuple(camera.name for camera in self.cameras),
+        }
+        can = [thing for kind in kinds for thing in things[kind]]
+        if name in can:
+            return
+        if name in self.shapes:
+            raise SceneError(
+                f"{name} was not loaded as something that moves: load the scene with movable=[{name!r}]"
+            )
+        raise SceneError(f"nothing called {name!r} can be moved: there are {', '.join(can) or 'none'}")

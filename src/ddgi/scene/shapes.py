@@ -25,11 +25,15 @@ MESH_FILES = ("obj", *UNCHECKED_FILES)
 """Mesh formats that hold whatever their makers wrote."""
 
 
+Traced = tuple[str, Any]
+"""Name and shape."""
+
+
 @dataclass
 class Geometry:
     """What a scene traces."""
 
-    traced: list[tuple[str, Any]] = field(default_factory=list)  # name, shape; groups before their instances
+    traced: list[Traced] = field(default_factory=list)  # groups before their instances
     rows: dict[int, Row] = field(default_factory=dict)  # by registry number
     owners: dict[int, int | mi.Shape] = field(default_factory=dict)  # of a row: its shape's node, or object
     left_out: list[tuple[int, str]] = field(default_factory=list)  # parent and key of what rays do not meet

@@ -9,6 +9,7 @@ import mitsuba as mi
 
 from ddgi.sampling import Clock, uniform_2d
 from ddgi.trace.materials import Materials, lookup, lookup_normal, lookup_opacity
+from ddgi.trace.movers import Movers
 from ddgi.trace.surface import Surface, slack
 from ddgi.trace.vertex_colors import Corner
 
@@ -17,14 +18,24 @@ MAX_LAYERS = 32
 
 
 @dataclass
+class _Hit:
+    """Where rays met something."""
+
+    si: mi.SurfaceInteraction3f
+    row: mi.UInt32  # of the material table: the registry number of the shape that was hit
+    corner: Corner | None  # where on its triangle, if vertices have colours
+
+
+@dataclass
 class MeshTracer:
     """A `Tracer` over `mi.Scene` (Embree on the CPU, OptiX on the GPU)."""
 
-    scene: mi.Scene
+    scene: mi.Scene  # what stays where it is
     materials: Materials
     origin: mi.Point3d  # (1,) see `Tracer`
     extent: mi.Float  # (1,) the largest coordinate in the scene [m]
     serial: int = 0  # of the scene that was loaded: recordings are good for one (`ddgi.replay`)
+    movers: Movers | None = None  # what does not
 
     @property
     def shining(self) -> bool:
@@ -48,27 +59,34 @@ class MeshTracer:
         bumps = bumps and self.materials.any_normal_texture
         if bumps:
             flags = flags | mi.RayFlags.dPdUV
-        si, corner = self._hit(ray, flags, coherent, active)
-        return self._surface(si, corner, direction, skipped, bumps)
+        hit = self._hit(ray, flags, coherent, active)
+        return self._surface(hit, direction, skipped, bumps)
 
     def visible(self, origin, direction, distance, active):
         """See `Tracer.visible`."""
         if not self.materials.any_opacity:
             ray = mi.Ray3f(origin, direction, distance, 0.0, [])
-            return dr.select(active & ~self.scene.ray_test(ray, active), mi.Float(1), mi.Float(0))
+            hidden = self.scene.ray_test(ray, active)
+            if self.movers is not None:
+                hidden = hidden | self.movers.scene.ray_test(ray, active & ~hidden)
+            return dr.select(active & ~hidden, mi.Float(1), mi.Float(0))
         return self._transmittance(origin, direction, distance, active)
 
-    def _hit(self, ray, flags, coherent, active):
-        """What a ray meets, and where on its triangle if vertices have colours."""
-        if self.materials.vertex_colors is None:
-            return self.scene.ray_intersect(ray, int(flags), coherent, active), None
+    def _hit(self, ray, flags, coherent, active) -> _Hit:
+        """What a ray meets."""
         found = self.scene.ray_intersect_preliminary(ray, coherent, active)
+        if self.movers is not None:
+            found = self.movers.nearest(ray, found, coherent, active)
         si = found.compute_surface_interaction(ray, int(flags), active)
-        return si, Corner(found.prim_index, found.prim_uv)
+        row, face = dr.reinterpret_array(mi.UInt32, si.shape), found.prim_index
+        if self.movers is not None:
+            row, face = self.movers.of(row, face, active & si.is_valid())
+        corner = None if self.materials.vertex_colors is None else Corner(face, found.prim_uv)
+        return _Hit(si, row, corner)
 
-    def _surface(self, si, corner, direction, skipped, bumps: bool) -> Surface:
+    def _surface(self, hit: _Hit, direction, skipped, bumps: bool) -> Surface:
+        si, row, corner = hit.si, hit.row, hit.corner
         valid = si.is_valid()
-        row = _row(si)
         material = lookup(self.materials, row, si.uv, valid, corner)
         position = dr.select(valid, si.p, mi.Point3f(0))
         up = mi.Normal3f(0, 0, 1)
@@ -105,9 +123,10 @@ class MeshTracer:
     def _hit_opacity(self, origin, direction, distance, active):
         """Next hit from `origin`: (hit, its distance, its opacity)."""
         ray = mi.Ray3f(origin, direction, distance, 0.0, [])
-        si, corner = self._hit(ray, mi.RayFlags.UV, False, active)
+        found = self._hit(ray, mi.RayFlags.UV, False, active)
+        si = found.si
         hit = active & si.is_valid()
-        opacity = lookup_opacity(self.materials, _row(si), si.uv, hit, corner)
+        opacity = lookup_opacity(self.materials, found.row, si.uv, hit, found.corner)
         step = si.t + slack(si.p, self.extent)
         return hit, step, opacity
 
@@ -159,8 +178,3 @@ class MeshTracer:
             label="transmittance",
         )
         return dr.select(active, share, 0)
-
-
-def _row(si) -> mi.UInt32:
-    """Row of the material table: the registry number of the shape that was hit."""
-    return dr.reinterpret_array(mi.UInt32, si.shape)

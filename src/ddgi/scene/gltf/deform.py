@@ -11,6 +11,7 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.scene.gltf.primitives import Piece
+from ddgi.scene.matrices import blended
 
 
 def morphed(piece: Piece, weights: list[float], label: str) -> Piece:
@@ -55,8 +56,4 @@ def skin_matrices(piece: Piece, joints: np.ndarray, label: str) -> np.ndarray:
         raise SceneError(f"{label}: the joint weights of a vertex are negative, or all zero")
     if (largest := int(piece.joints[weights > 0].max())) >= len(joints):
         raise SceneError(f"{label}: a vertex hangs on joint {largest}, but there are {len(joints)}")
-    numbers = np.minimum(piece.joints, len(joints) - 1)
-    matrices = np.zeros((len(weights), 4, 4))
-    for column in range(weights.shape[1]):
-        matrices += (weights[:, column] / total[:, 0])[:, None, None] * joints[numbers[:, column]]
-    return matrices
+    return blended(np.minimum(piece.joints, len(joints) - 1), weights, joints)

@@ -25,6 +25,7 @@ from ddgi.scene.gltf.shapes import ShapeBuilder
 from ddgi.scene.gltf.textures import Textures
 from ddgi.scene.no_surface import no_triangle, none_has_area, only
 from ddgi.scene.notes import Notes
+from ddgi.scene.play import moving_nodes
 from ddgi.scene.recentre import origin_for
 from ddgi.scene.rig import Rig, RigNode
 
@@ -77,7 +78,8 @@ def _described(container: Container, notes: Notes) -> Described:
     for placed in nodes:  # before shapes: people call lights and cameras by their names
         if placed.visible:
             things.add(placed)
-    builder = ShapeBuilder(document, accessors, primitives, materials, skins, worlds, notes, names)
+    animated = moving_nodes([node.children for node in document.nodes], clips)
+    builder = ShapeBuilder(document, accessors, primitives, materials, skins, worlds, animated, notes, names)
     shapes = {placed.index: builder.add(placed) for placed in nodes if placed.visible}
     _check_surfaces(builder)
     _note_geometry(builder, notes)

@@ -6,8 +6,8 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.scene.gltf.accessors import Accessors
-from ddgi.scene.gltf.nodes import compose
 from ddgi.scene.gltf.schema import Instancing
+from ddgi.scene.matrices import compose
 
 
 def placements(extension: Instancing, accessors: Accessors, label: str) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.scene.gltf.schema import Document, Node
+from ddgi.scene.matrices import compose
 
 NONE = -1
 
@@ -122,24 +123,6 @@ def parents_of(document: Document) -> list[int]:
         lost = min(set(range(len(parents))) - set(reached))
         raise SceneError(f"nodes[{lost}] is its own ancestor")
     return parents
-
-
-def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """(N, 4, 4) matrices that scale, then rotate, then move.
-
-    Args:
-        translation: (N, 3).
-        rotation: (N, 4) quaternions x, y, z, w; their length does not count.
-        scale: (N, 3).
-    """
-    x, y, z, w = (rotation / np.linalg.norm(rotation, axis=1, keepdims=True)).T
-    matrix = np.zeros((len(rotation), 4, 4))
-    matrix[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], -1)
-    matrix[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], -1)
-    matrix[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], -1)
-    matrix[:, :3, :3] *= scale[:, None, :]
-    matrix[:, :3, 3], matrix[:, 3, 3] = translation, 1
-    return matrix
 
 
 def _roots(document: Document, parents: list[int]) -> list[int]:

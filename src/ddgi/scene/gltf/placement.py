@@ -8,6 +8,7 @@ import numpy as np
 
 from ddgi.errors import SceneError
 from ddgi.scene.gltf.primitives import Piece
+from ddgi.scene.matrices import cross, mirrors, moved_surface
 
 
 @dataclass(frozen=True)
@@ -21,32 +22,26 @@ class Soup:
     without_area: int  # triangles left out
 
 
-def place(piece: Piece, matrices: np.ndarray, label: str) -> Soup:
+def place(piece: Piece, matrices: np.ndarray, label: str, *, keep_flat: bool = False) -> Soup:
     """Move a piece.
 
     Args:
         piece: What to move.
         matrices: (4, 4), or (V, 4, 4) with one for each vertex.
         label: What it is, for messages.
+        keep_flat: Triangles without area stay, as they may have one when they move.
 
     Raises:
         SceneError: A vertex is too far away for single precision.
     """
-    linear = matrices[..., :3, :3]
-    positions = _times(linear, piece.positions.astype(np.float64)) + matrices[..., :3, 3]
+    positions, normals = moved_surface(piece.positions, piece.normals, matrices)
     with np.errstate(over="ignore"):
         single = positions.astype(np.float32)
     if not np.isfinite(single).all():
         raise SceneError(f"{label}: a vertex lies too far away")
-    faces = piece.faces
-    cofactors = _cofactors(linear)
-    normals = None if piece.normals is None else _times(cofactors, piece.normals.astype(np.float64))
-    mirrored = np.linalg.det(np.mean(linear.reshape(-1, 3, 3), 0)) < 0
-    if mirrored:
-        faces = faces[:, ::-1]
-        normals = None if normals is None else -normals  # cofactors are the inverse times the determinant
+    faces = piece.faces[:, ::-1] if mirrors(matrices) else piece.faces
     area = _crossed(single.astype(np.float64), faces)
-    whole = (area != 0).any(1)
+    whole = (area != 0).any(1) | keep_flat
     faces, area = faces[whole], area[whole]
     if normals is not None:
         normals = _unit(normals, faces, area)
@@ -81,30 +76,10 @@ def _compact(positions: np.ndarray, faces: np.ndarray, normals: np.ndarray | Non
     return Soup(positions[kept], np.ascontiguousarray(faces, np.uint32), normals, kept, dropped)
 
 
-def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """(V, 3) matrix times vector, for one matrix or one per vector."""
-    if matrices.ndim == 2:
-        return vectors @ matrices.T
-    return np.einsum("vij,vj->vi", matrices, vectors)
-
-
-def _cofactors(linear: np.ndarray) -> np.ndarray:
-    """Inverse transpose times determinant; exists for flattened things too."""
-    a, b, c = linear[..., :, 0], linear[..., :, 1], linear[..., :, 2]
-    return np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
-
-
 def _crossed(positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(F, 3) normal of each triangle, twice its area long."""
     a, b, c = (positions[faces[:, k]] for k in range(3))
-    return _cross(b - a, c - a)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """`np.cross`, which takes longer than all else here for a mesh of a few triangles, number for number."""
-    x, y, z = (a[..., k] for k in range(3))
-    u, v, w = (b[..., k] for k in range(3))
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], -1)
+    return cross(b - a, c - a)
 
 
 def _unit(normals: np.ndarray, faces: np.ndarray, area: np.ndarray) -> np.ndarray:

@@ -30,6 +30,9 @@ MOST_TRIANGLES = 2**28
 MOST_INSTANCES = 32
 """Kept as such: each costs 20 ms whenever a kernel with rays is recorded (Mitsuba 3.9, LLVM; 400: 8 s)."""
 
+WORST_CONDITION = 1e4
+"""Of a placement that can be undone: a hundredth of a millimetre remains exact to a part in a thousand."""
+
 
 @dataclass
 class ShapeBuilder:
@@ -41,6 +44,7 @@ class ShapeBuilder:
     materials: Materials
     skins: tuple[Skin, ...]
     worlds: dict[int, np.ndarray]  # of every placed node
+    animated: frozenset[int]  # nodes that some animation moves
     notes: Notes
     names: Names
     shapes: dict[str, dict[str, Any]] = field(default_factory=dict)  # as inside a scene dictionary
@@ -65,9 +69,9 @@ class ShapeBuilder:
         local = placements(node.extensions.instancing, self.accessors, f"nodes[{placed.index}]")
         worlds = placed.world @ local
         pieces = [piece for piece, _ in self._pieces(placed)]
-        if self._can_instance(pieces, worlds):
+        if placed.index not in self.animated and self._can_instance(pieces, worlds):
             return self._instanced(placed, pieces, worlds)
-        self.notes.add("instances that are many, that glow, or are mirrored, are made into one mesh")
+        self.notes.add("instances that are many, that glow, move or are mirrored, are made into one mesh")
         return [name for piece in pieces for name in self._merged(placed, piece, worlds)]
 
     def _pieces(self, placed: Placed) -> Iterator[tuple[Piece, Piece]]:
@@ -85,7 +89,7 @@ class ShapeBuilder:
 
     def _single(self, placed: Placed, piece: Piece, base: Piece) -> list[str]:
         label = f"nodes[{placed.index}]"
-        matrices = placed.world
+        matrices, moves = placed.world, placed.index in self.animated
         if placed.node.skin is not None:  # a skinned mesh stands where its joints are
             skin = self.skins[placed.node.skin]
             lost = next((joint for joint in skin.joints if joint not in self.worlds), None)
@@ -93,17 +97,23 @@ class ShapeBuilder:
                 raise SceneError(f"{label}: the joint nodes[{lost}] of its skin is not in the scene")
             worlds = np.stack([self.worlds[joint] for joint in skin.joints])
             matrices = skin_matrices(piece, worlds @ skin.inverse_bind, label)
-        soup = self._placed(piece, matrices, label)
+            moves = not self.animated.isdisjoint(skin.joints)
+        glows = self.materials.look(piece.material, VertexColors()).radiance is not None
+        soup = self._placed(
+            piece, matrices, label, keep_flat=moves and not glows
+        )  # Mitsuba's lamps have an area
         if not len(soup.faces):
             return []
         name = self.names.unique(self._name(placed))
         self.shapes[f"_shape-{len(self.shapes)}"] = {"id": name, **self._shape(piece, soup)}
-        if piece.targets or piece.joints is not None:
+        # What rests as a point or a sheet cannot be moved from there.
+        squashed = moves and matrices.ndim == 2 and _squashed(matrices)
+        if piece.targets or piece.joints is not None or squashed:
             self.bendable[name] = _bendable(base, soup.kept)
         return [name]
 
-    def _placed(self, piece: Piece, matrices: np.ndarray, label: str) -> Soup:
-        soup = place(piece, matrices, label)
+    def _placed(self, piece: Piece, matrices: np.ndarray, label: str, *, keep_flat: bool = False) -> Soup:
+        soup = place(piece, matrices, label, keep_flat=keep_flat)
         self.without_area += soup.without_area
         self.triangles += len(soup.faces)
         if self.triangles > MOST_TRIANGLES:
@@ -224,6 +234,12 @@ def _mirrored_share(soup: Soup, texcoords: np.ndarray) -> float:
     a, b, c = texcoords[soup.faces].astype(np.float64).swapaxes(0, 1)
     area = np.linalg.det(np.stack([b - a, c - a], 1))
     return float((area > 0).sum() / max((area != 0).sum(), 1))
+
+
+def _squashed(matrix: np.ndarray) -> bool:
+    """Whether a placement (4, 4) cannot be undone, as it makes a sheet, a line or a point of things."""
+    sizes = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    return bool(sizes[-1] * WORST_CONDITION <= sizes[0])
 
 
 def _bendable(piece: Piece, kept: np.ndarray) -> Bendable:

@@ -67,7 +67,7 @@ def find(scene: Scene, *, indoors: bool = False) -> Viewpoint:
 
 def _choices(scene: Scene) -> Iterator[tuple[str, View]]:
     """Views and where they are, the best first."""
-    tracer, up, shapes = scene.tracer, np.array(scene.up), outlines(scene.mi_scene)
+    tracer, up, shapes = scene.tracer, np.array(scene.up), outlines(scene.mi_shapes)
     near = near_shapes(shapes, SEEDS)
     reach = far_off(near)
     tried = candidates(tracer, near, up, reach)
@@ -85,7 +85,7 @@ def pivot(scene: Scene, target: Sequence[float] | None = None) -> np.ndarray:
         scene: What there is.
         target: (3,) [m]; by default the middle of all that is no ground and no dome.
     """
-    up, shapes = np.array(scene.up), outlines(scene.mi_scene)
+    up, shapes = np.array(scene.up), outlines(scene.mi_shapes)
     there, position = np.array(scene.origin), np.array(scene.camera.position, np.float64).ravel()
     here = survey(scene.tracer, (position - there)[None], up, far_off(near_shapes(shapes, SEEDS)))
     if here.walls[0] >= WALLS:

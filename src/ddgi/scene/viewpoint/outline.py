@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import drjit as dr
 import mitsuba as mi
@@ -19,9 +19,9 @@ FLAT = 0.1
 """Height of a ground over its width, at most."""
 
 
-def outlines(scene: mi.Scene) -> list[np.ndarray]:
+def outlines(shapes: Iterable[mi.Shape]) -> list[np.ndarray]:
     """(V, 3) points of each shape [m]: vertices, places on curved shapes, corners around instances."""
-    return [points for points in map(_points, scene.shapes()) if len(points)]
+    return [points for points in map(_points, shapes) if len(points)]
 
 
 def without_backdrop(shapes: Sequence[np.ndarray], up: np.ndarray) -> np.ndarray:
@@ -63,7 +63,7 @@ def _is_backdrop(points: np.ndarray, rest: np.ndarray, up: np.ndarray) -> bool:
     size, inner = high - low, np.ptp(rest, axis=0)
     level = np.arange(3) != np.abs(up).argmax()
     around_rest = (low[level] <= rest.min(0)[level]).all() and (high[level] >= rest.max(0)[level]).all()
-    wide = size[level].max() > BACKDROP * max(inner.max(), 1e-30)
+    wide = size[level].max() > BACKDROP * inner.max() > 0  # a point, as what rests at scale 0, is no object
     flat = size[~level].sum() < FLAT * size[level].max()
     dome = size[~level].sum() > inner.max()
     return bool(around_rest and wide and (flat or dome))
