@@ -46,10 +46,10 @@ def unwrap(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _several(args: tuple[Any, ...]) -> str:
-    """A tuple, written as TOML's arrays: "[a, b]" if its members are tuples, else so many numbers."""
+    """A tuple, written as TOML's arrays: "[[a], [b]]" if its members are tuples, else so many numbers."""
     inner = unwrap(args[0])[0]
     if get_origin(inner) is tuple:
-        return "[" + ", ".join(accepts(a) for a in args) + "]"
+        return "[" + ", ".join(f"[{accepts(a)}]" for a in args) + "]"
     noun = accepts(args[0]).removeprefix("a ").replace("number", "numbers", 1)
     return f"{COUNTS.get(len(args), str(len(args)))} {noun}"
 

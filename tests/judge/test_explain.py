@@ -108,11 +108,12 @@ def test_it_says_which_step_is_largest(found):
         found, field=half, quiet=half, exact=half, seen=half, gathered=one, reference=one, noise=0.01
     )
     assert "from true visibility to no probes between" in steps.largest_step
-    assert "no step" in replace(steps, noise=0.3).largest_step
+    assert "no step" in replace(steps, gathered_noise=0.6).largest_step
     none = (0.0,) * 3
     dark = replace(steps, field=none, quiet=none, exact=none, seen=none, gathered=none, reference=none)
     assert "no indirect light here, nor is there any" in dark.largest_step
-    assert "nor" not in replace(dark, field=one).largest_step
+    leak = replace(dark, field=one, quiet=one, exact=one).largest_step
+    assert "no indirect light here; the largest step is from exact maps to true visibility" in leak
 
 
 def test_its_picture_has_longer_bars_for_more_light(found):
@@ -151,9 +152,30 @@ def test_the_camera_of_a_pixel_looks_through_it(scene):
     _, whole = camera_rays(camera, origin, mi.UInt32(40 + 64 * 7), mi.Point2f(0.5))
     small_one = _only(camera, (40, 7))
     _, corner = camera_rays(small_one, origin, mi.UInt32(0), mi.Point2f(0.0))
-    _, first = camera_rays(camera, origin, mi.UInt32(40 + 64 * 7), mi.Point2f(0.0))
     middle = np.mean(
         [np.ravel(camera_rays(small_one, origin, mi.UInt32(n), mi.Point2f(0.5))[1]) for n in range(16)], 0
     )
     assert np.allclose(middle / np.linalg.norm(middle), np.ravel(whole), atol=1e-4)
-    assert np.allclose(np.ravel(corner), np.ravel(first), atol=1e-5)
+    assert np.allclose(np.ravel(corner), np.ravel(whole), atol=1e-5), (
+        "of the middle, which is explained, alone"
+    )
+
+
+def test_on_an_edge_the_reference_is_of_the_point_that_is_explained():
+    """A floor of black and white squares finer than a pixel: dividing the pixel's mean by a square's colour would blame bounces."""
+    squares = {
+        "type": "checkerboard", "color0": rgb(0.05), "color1": rgb(0.8),
+        "to_uv": mi.ScalarTransform4f().scale([300, 300, 1]),
+    }  # fmt: skip
+    lit = room(diffuse(0.5)) | {
+        "floor": {
+            "type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": squares},
+            "to_world": mi.ScalarTransform4f().translate([0, -0.9, 0]).rotate([1, 0, 0], -90),
+        },
+        "bulb": {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)},
+    }  # fmt: skip
+    scene = replace(load(lit), cameras=(camera_in((16, 12)),))
+    for x in (6, 7, 8, 9):
+        seen = explain(scene, small(), (x, 10), frames=24, seconds=1)
+        assert min(seen.albedo) > 0.7 or max(seen.albedo) < 0.1
+        assert luminance(seen.reference) == pytest.approx(luminance(seen.gathered), rel=0.15)

@@ -26,6 +26,7 @@ COLUMNS = (
     "wrap",
     "visible",
     "crushed",
+    "believed",
     "a ray sees",
     "share",
     "E alone",
@@ -86,19 +87,20 @@ def explain(
 def _lines(found: Explanation) -> Iterator[str]:
     from ddgi.judge.explain import luminance
 
-    errors = found.errors
+    errors, noises = found.errors, found.noises
     yield f"pixel {found.pixel[0]},{found.pixel[1]} shows {_three(found.position)}, normal {_three(found.normal)}, albedo {_three(found.albedo)}"
     rows = [COLUMNS, *map(_row, found.probes)]
     widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(COLUMNS))]
     for row in rows:
         yield "".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
-    yield "E [W/m^2]: the light alone that the probe would give, by its map and by rays from it; share: of the weights in the end, after query.sight"
+    yield "E [W/m^2]: the light alone that the probe would give, by its map and by rays from it; believed: the weight after query.sight, of which share is the part"
     yield ""
     for name, light in found.steps.items():
         error = errors[name]
         apart = "" if error is None else f"{100 * error:+.1f} %"
-        yield f"{name:<18}E {luminance(light):.4g}  ({_three(light)})  {apart}"
-    yield f"noise of the path tracer: +- {found.noise:.2g}; %: of the light that the surface sends on, E times albedo"
+        exact = f" +- {noises[name]:.1g}" if noises[name] else ""
+        yield f"{name:<18}E {luminance(light):.4g}{exact}  ({_three(light)})  {apart}"
+    yield "+-: standard error, by rays that are drawn; %: of the light that the surface sends on, E times albedo"
     yield found.largest_step
     yield from (f"note: {note}" for note in found.notes)
 
@@ -106,9 +108,13 @@ def _lines(found: Explanation) -> Iterator[str]:
 def _row(p: ProbeShare) -> tuple[str, ...]:
     return (
         f"{p.number}: {','.join(map(str, p.coordinates))}", _three(p.position),
-        _three(p.moved) if any(p.moved) else "-", p.state, f"{p.trilinear:.3f}", f"{p.wrap:.3f}", f"{p.visible:.3f}",
-        f"{p.crushed:.2g}", "yes" if p.sees else "no", f"{100 * p.share:.1f} %", _three(p.irradiance), _three(p.exact),
+        _three(p.moved) if any(p.moved) else "-", p.state, _factor(p.trilinear), _factor(p.wrap), _factor(p.visible),
+        _factor(p.crushed, "2g"), _factor(p.believed, "2g"), "yes" if p.sees else "no", f"{100 * p.share:.1f} %", _three(p.irradiance), _three(p.exact),
     )  # fmt: skip
+
+
+def _factor(value: float | None, digits: str = "3f") -> str:
+    return "-" if value is None else f"{value:.{digits}}"
 
 
 def _three(values: tuple[float, float, float]) -> str:

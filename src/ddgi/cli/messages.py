@@ -16,7 +16,7 @@ def text(error: BaseException) -> str:
     """An error for people, in one line."""
     match error:
         case click.exceptions.NoArgsIsHelpError():
-            return "error: say what to do: render, info, compare, flicker, respond, bench, scenes or presets (see ddgi --help)"
+            return "error: say what to do: render, info, compare, explain, debug, flicker, respond, bench, scenes or presets (see ddgi --help)"
         case click.UsageError():
             command = error.ctx.command_path if error.ctx else "ddgi"
             return f"error: {error.format_message()} (see {command} --help)"

@@ -136,7 +136,10 @@ def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, A
     """What was rendered and how long it took, by name."""
     import numpy as np
 
-    grid = done.field.volumes[0].grid
+    from ddgi.survey.reach import remark
+
+    grid, black = done.field.volumes[0].grid, not done.frame.numpy().any()
+    without = None if black else remark(scene, done.field, settings)
     return {
         "scene": scene.name,
         "size": list(done.frame.size),
@@ -148,9 +151,9 @@ def _figures(scene: Scene, settings: RenderSettings, done: Still) -> dict[str, A
         "first_frame_ms": done.milliseconds[0],
         "frame_ms": done.frame_ms,
         "exposure": _exposure(done, settings.tone),
-        "black": not done.frame.numpy().any(),
+        "black": black,
         "non_finite": {"rays": int(done.field.non_finite[0]), "pixels": done.frame.non_finite},
-        "notes": list(scene.notes),
+        "notes": [*scene.notes, *([] if without is None else [without])],
     }
 
 

@@ -194,7 +194,7 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
             if j.outcome.picture.any()
         ]
         if lit:
-            lines.append(f"not black, and so wrong as a whole: {', '.join(lit)} [mean radiance, W/(m² sr)]")
+            lines.append(f"not black, and so wrong as a whole: {', '.join(lit)} [mean radiance, W/m^2/sr]")
     elif not truth.good_for(target):
         lines.append(
             f"the reference is too noisy for a target of {target:g}: FLIP {truth.noise:.3f} between its halves "
@@ -202,6 +202,8 @@ def _doubts(truth: Reference, target: float, judged: Sequence[Judged]) -> list[s
             "give it more time, or a smaller picture"
         )
     lines += [*_all_warm_up(judged), *_still_dark(judged), *_off(judged), *_toned(judged)]
+    if truth.picture.any():
+        lines += [f"{j.outcome.trial.name}: {j.outcome.remark}" for j in judged if j.outcome.remark]
     for j in judged:
         if j.outcome.non_finite:
             lines.append(

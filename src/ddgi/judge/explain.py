@@ -7,6 +7,7 @@ rays from the point to what lights it, which the field lights in turn; then all 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -23,9 +24,10 @@ from ddgi.judge.path_tracer import PathTracer
 from ddgi.judge.watch import NOBODY, Watch
 from ddgi.luminance import LUMINANCE
 from ddgi.probes import glossy, query
-from ddgi.probes.awake import NAMES, Awake
+from ddgi.probes.awake import NAMES, OFF, SLEEPING, Awake
 from ddgi.probes.bounce import Illumination, around, arriving, from_field, from_lamps, reflected
 from ddgi.probes.field import IrradianceField
+from ddgi.probes.sight import FOLDED
 from ddgi.probes.update import update
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock
@@ -33,19 +35,27 @@ from ddgi.scene.camera import Camera, camera_rays
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
 from ddgi.trace.surface import Surface, matt_bounce
+from ddgi.trace.tracer import Tracer
 
 GATHERED = 1 << 16
 """Rays from the point, and from the probes together."""
 MANY = 4096
 """Rays of each probe for maps without noise."""
 WITHIN = 4
-"""Side of the path-traced picture of the pixel, in its own pixels."""
+"""Side of the path-traced picture of the pixel's middle, in its own pixels."""
+NARROW = 1e-4
+"""How wide that picture is, in pixels: the whole pixel may show an edge, or several colours, and its middle is explained."""
+ANEW = 4
+"""Times the probes' maps are made anew: what these differ by tells how exact their mean is."""
 BATCH = 256
 """Samples of each of those at a time; batches tell their noise."""
 BATCHES = (4, 4096)
 """Fewest and most of them."""
+ASLEEP = (NAMES[OFF], NAMES[SLEEPING])
 SHINES = 0.3
 """GGX roughness below which the share of light that mirrors is said to be in the reference."""
+LATER = 1 << 20
+"""Tick of the rays here: long after those of the field."""
 SEED = 1 << 28
 """First seed of the path tracer."""
 EXCHANGED = {
@@ -67,15 +77,26 @@ class ProbeShare:
     position: Point  # where it stands, in the coordinates of the scene's file [m]
     moved: Point  # from its place in the grid [m]
     state: str  # what it is doing (`ddgi.probes.awake.NAMES`)
-    trilinear: float  # factors of the weight, in [0, 1]
-    wrap: float
-    visible: float  # what its distance map says (Chebyshev)
-    crushed: float  # the product, small ones crushed
+    trilinear: (
+        float | None
+    )  # factors of the weight, in [0, 1]; None for probes of another cell than the point's
+    wrap: float | None
+    visible: float | None  # what its distance map says (Chebyshev)
+    crushed: float | None  # the product, small ones crushed
+    believed: float | None  # and after `query.sight`: the shares are in proportion to these
     sees: bool  # what a ray says
     share: float  # in what is read; those of the eight add up to one
     irradiance: Point  # R, G, B of the map, for the point's normal [W/m^2]
     quiet: Point  # of its map made anew, of many rays
     exact: Point  # by rays from the probe; the field lights what they meet
+    quiet_noise: float  # standard error of the luminance of `quiet` [W/m^2]
+    exact_noise: float  # and of `exact`
+
+    @property
+    def weight_seen(self) -> float:
+        """By all factors but visibility, if a ray sees it."""
+        own = self.share if self.trilinear is None or self.wrap is None else self.trilinear * self.wrap
+        return own * self.sees
 
 
 @dataclass(frozen=True)
@@ -94,6 +115,7 @@ class Explanation:
     gathered: Point  # by rays from the point; the field lights what they meet
     reference: Point  # by path tracing
     noise: float  # standard error of the reference's luminance [W/m^2]
+    gathered_noise: float  # and of `gathered`
     notes: list[str]
 
     @property
@@ -106,6 +128,20 @@ class Explanation:
             "true visibility": self.seen,
             "no probes between": self.gathered,
             "path traced": self.reference,
+        }
+
+    @property
+    def noises(self) -> dict[str, float]:
+        """Standard error of the luminance of each step [W/m^2]. The field's own noise is what the first exchange shows."""
+        shares, seen = [p.share for p in self.probes], [p.weight_seen for p in self.probes]
+        exact = [p.exact_noise for p in self.probes]
+        return {
+            "field": 0.0,
+            "many rays": _error_of_mean(shares, [p.quiet_noise for p in self.probes]),
+            "exact maps": _error_of_mean(shares, exact),
+            "true visibility": _error_of_mean(seen, exact),
+            "no probes between": self.gathered_noise,
+            "path traced": self.noise,
         }
 
     @property
@@ -122,20 +158,26 @@ class Explanation:
     @property
     def largest_step(self) -> str:
         """Which exchange changes most, and what that is the error of, in a sentence."""
-        errors = [e for e in self.errors.values() if e is not None]
-        if not errors:
-            lit = any(map(luminance, self.steps.values()))
-            return "the path tracer finds no indirect light here" + ("" if lit else ", nor is there any")
-        changes = np.abs(np.diff(errors))
-        if changes.max() * luminance(self.reference) < 2 * self.noise:
-            return "no step is larger than what the path tracer can tell"
-        number = int(changes.argmax())
+        light = [luminance(step) for step in self.steps.values()]
+        dark = self.errors["field"] is None
+        if dark and not any(light):
+            return "the path tracer finds no indirect light here, nor is there any"
+        sent = [luminance(np.multiply(step, self.albedo)) for step in self.steps.values()]
+        changes = np.abs(np.diff(light if dark else sent))
+        noise = np.array(list(self.noises.values())) * (1 if dark else luminance(self.albedo))
+        told = changes >= 2 * np.hypot(noise[:-1], noise[1:])
+        if not told.any():
+            return "no step is larger than what so many rays can tell"
+        number = int(np.where(told, changes, 0).argmax())
         before, after = list(self.steps)[number : number + 2]
-        return f"the largest step is from {before} to {after}: {EXCHANGED[after]}"
+        found = f"the largest step is from {before} to {after}: {EXCHANGED[after]}"
+        return f"the path tracer finds no indirect light here; {found}" if dark else found
 
     def figures(self) -> dict[str, Any]:
         """All of it by name."""
-        return asdict(self) | {"errors": self.errors, "largest_step": self.largest_step}
+        return asdict(self) | {
+            "errors": self.errors, "noises": self.noises, "largest_step": self.largest_step,
+        }  # fmt: skip
 
 
 def luminance(light: Point | np.ndarray) -> float:
@@ -181,7 +223,7 @@ def explain(
     reference, noise = _path_traced(scene, camera, pixel, np.maximum(albedo, 1e-3), seconds)
     # The path tracer's indirect light is without emitters seen from the point, such as a sky, which the field may have.
     numbers = sampling.uniform_2d(_time(settings), sampling.PROBE_PATH, dr.arange(mi.UInt32, GATHERED))
-    emitted, gathered = _gathered(scene, field, *matt_bounce(surface, numbers), settings)
+    by_rays = _gathered(scene, field, *matt_bounce(surface, numbers), settings)
     return Explanation(
         pixel=pixel,
         position=_point(surface.position, scene.origin),
@@ -191,11 +233,12 @@ def explain(
         field=_point(field_light),
         quiet=_point(np.sum([np.multiply(p.share, p.quiet) for p in probes], 0)),
         exact=_point(np.sum([np.multiply(p.share, p.exact) for p in probes], 0)),
-        seen=_mean([p.exact for p in probes], [p.trilinear * p.wrap * p.sees for p in probes]),
-        gathered=gathered,
-        reference=_point(np.add(reference, emitted)),
+        seen=_mean([p.exact for p in probes], [p.weight_seen for p in probes]),
+        gathered=by_rays.whole,
+        reference=_point(np.add(reference, by_rays.emitted)),
         noise=noise,
-        notes=list(_notes(surface, probes)),
+        gathered_noise=by_rays.noise,
+        notes=list(_notes(surface, probes, vol, settings)),
     )
 
 
@@ -229,65 +272,101 @@ def _probes(
     vol, tracer = field.volumes[0], scene.tracer
     grid, s = vol.grid, settings.query
     codes = None if vol.states is None else np.array(vol.states.code)
-    found = query.factors(vol, at, settings.volume, s)
+    own = _factors(vol, at, settings, tracer)
     shares = query.shares(vol, at, settings.volume, s, tracer)
     light = query.alone(vol, at, shares, settings.volume, s)
-    anew = _anew(scene, field, sorted({int(number[0]) for number, _ in shares}), settings)
-    quiet = query.alone(anew, at, shares, settings.volume, s)
+    numbers = [int(number[0]) for number, _ in shares]
+    anew = [
+        query.alone(made, at, shares, settings.volume, s)
+        for made in _anew(scene, field, sorted(set(numbers)), settings)
+    ]
     lane = dr.arange(mi.UInt32, GATHERED // len(shares))
     ways = matt_bounce(surface, sampling.uniform_2d(_time(settings), sampling.PROBE_PATH, lane))[1]
     out = []
-    for k, (number, share) in enumerate(shares):
-        stands = grid.position(number)
+    for number in dict.fromkeys(numbers):  # stand-ins may be the same for several
+        places = [k for k, other in enumerate(numbers) if other == number]
+        k, probe = places[0], mi.UInt32(number)
+        stands = grid.position(probe)
         way = stands - at.start
         length = dr.norm(way)
         sees = tracer.visible(at.start, way / length, length, at.active)
-        # Where no probe of its own cell sees the point another cell is read, to which the factors do not belong.
-        near, wrap, visible = found.near[k], found.wrap[k], found.visible[k]
+        quiet = np.array([_point(maps[k]) for maps in anew])
+        by_rays = _gathered(scene, field, stands, ways, settings)
         out.append(
             ProbeShare(
-                number=int(number[0]),
-                coordinates=tuple(int(c[0]) for c in grid.coordinates(number)),  # type: ignore[arg-type]
+                number=number,
+                coordinates=tuple(int(c[0]) for c in grid.coordinates(probe)),  # type: ignore[arg-type]
                 position=_point(stands, scene.origin),
-                moved=_point(stands - grid.place(number)),
-                state="vigilant" if codes is None else NAMES[codes[int(number[0])]],
-                trilinear=_number(near),
-                wrap=_number(wrap),
-                visible=_number(visible),
-                crushed=_number(query.crushed(wrap * visible, s) * near),
+                moved=_point(stands - grid.place(probe)),
+                state="vigilant" if codes is None else NAMES[codes[number]],
+                **own.get(number, dict.fromkeys(FACTORS)),
                 sees=bool(_number(sees) > 0.5),
-                share=_number(share),
+                share=sum(_number(shares[place][1]) for place in places),
                 irradiance=_point(light[k]),
-                quiet=_point(quiet[k]),
-                exact=_gathered(scene, field, stands, ways, settings)[1],
+                quiet=_point(quiet.mean(0)),
+                exact=by_rays.whole,
+                quiet_noise=float(np.std(quiet @ LUMINANCE, ddof=1) / len(quiet) ** 0.5),
+                exact_noise=by_rays.noise,
             )
         )
     return out
 
 
-def _anew(scene: Scene, field: IrradianceField, probes: list[int], settings: RenderSettings) -> ProbeVolume:
-    """The volume with the maps of some probes made anew in one update, of many rays each, that keeps nothing old."""
+FACTORS = ("trilinear", "wrap", "visible", "crushed", "believed")
+
+
+def _factors(
+    vol: ProbeVolume, at: query.Receiver, settings: RenderSettings, tracer: Tracer
+) -> dict[int, dict[str, float]]:
+    """`FACTORS` of the eight probes of the cell that the point lies in, by their numbers."""
+    found = query.factors(vol, at, settings.volume, settings.query)
+    first, believed, _ = query.weighed(vol, at, settings.volume, settings.query, tracer, None)
+    out = {}
+    for k, (near, wrap, visible, weight) in enumerate(
+        zip(found.near, found.wrap, found.visible, believed, strict=True)
+    ):
+        number = int(np.ravel(first + vol.grid.number(k & 1, k >> 1 & 1, k >> 2 & 1))[0])
+        crushed = query.crushed(wrap * visible, settings.query) * near
+        values = map(_number, (near, wrap, visible, crushed, weight))
+        out[number] = dict(zip(FACTORS, values, strict=True))
+    return out
+
+
+def _anew(
+    scene: Scene, field: IrradianceField, probes: list[int], settings: RenderSettings
+) -> list[ProbeVolume]:
+    """The volume with the maps of some probes made anew in one update, of many rays each, that keeps nothing old; `ANEW` times."""
     vol = field.volumes[0]
     awake = Awake(len(probes), mi.UInt32(probes))
     fresh = replace(vol, awake=awake, age=dr.zeros(mi.UInt32, vol.grid.size))
     s = replace(settings, rays=replace(settings.rays, per_probe=max(MANY, settings.rays.per_probe)))
-    made = update(scene.tracer, scene.lights, replace(field, volumes=[fresh]), _time(settings), s)
-    dr.eval(made)
-    return made.volumes[0]
+    out = []
+    for number in range(ANEW):
+        time = sampling.clock(settings.seed, LATER + 1 + number)
+        made = update(scene.tracer, scene.lights, replace(field, volumes=[fresh]), time, s)
+        dr.eval(made)
+        out.append(made.volumes[0])
+    return out
 
 
 def _time(settings: RenderSettings) -> Clock:
     """Of the rays here: long after those of the field."""
-    return sampling.clock(settings.seed, 1 << 20)
+    return sampling.clock(settings.seed, LATER)
+
+
+@dataclass(frozen=True)
+class _ByRays:
+    """Irradiance by rays [W/m^2]."""
+
+    emitted: Point  # from emitters that are left to the field
+    whole: Point  # and with what lamps and the field light
+    noise: float  # standard error of its luminance
 
 
 def _gathered(
     scene: Scene, field: IrradianceField, origin: mi.Point3f, direction: mi.Vector3f, settings: RenderSettings
-) -> tuple[Point, Point]:
-    """Irradiance by rays, distributed by the cosine: from emitters left to the field, and with what lamps and field light.
-
-    origin: (1,) or (N,) [m]; direction: (N,) unit.
-    """
+) -> _ByRays:
+    """Irradiance by rays that are distributed by the cosine. origin: (1,) or (N,) [m]; direction: (N,) unit."""
     time = _time(settings)
     by = Illumination(
         scene.tracer, scene.lights, field.volumes[0], time, settings.gather, settings.direct, settings.query,
@@ -298,8 +377,9 @@ def _gathered(
     light = from_lamps(by, on.surface, sampling.PROBE_LIGHT) + from_field(by, around(by, on.surface))
     whole = emitted + on.radiance + on.throughput * reflected(on.surface, light)
     dr.eval(emitted, whole)
-    one, both = (_point(mi.Color3f([dr.mean(c) * dr.pi for c in x])) for x in (emitted, whole))
-    return one, both
+    one, all_ = (np.pi * np.array(x, np.float64).reshape(3, -1) for x in (emitted, whole))
+    noise = np.std(LUMINANCE @ all_) / all_.shape[1] ** 0.5
+    return _ByRays(_point(one.mean(1)), _point(all_.mean(1)), float(noise))
 
 
 def _path_traced(
@@ -318,11 +398,11 @@ def _path_traced(
 
 
 def _only(camera: Camera, pixel: tuple[int, int]) -> Camera:
-    """A camera that sees nothing but a pixel of another."""
+    """A camera that sees nothing but the middle of a pixel of another."""
     width, height = camera.size
     x, y = (2 * (pixel[0] + 0.5) / width - 1), (1 - 2 * (pixel[1] + 0.5) / height)
     aside = x * camera.right + y * camera.up
-    right, up = camera.right / width, camera.up / height
+    right, up = camera.right * (NARROW / width), camera.up * (NARROW / height)
     if camera.orthographic:
         moved = camera.position + mi.Point3d(aside)
         return replace(camera, position=moved, right=right, up=up, size=(WITHIN, WITHIN))
@@ -334,15 +414,24 @@ def _only(camera: Camera, pixel: tuple[int, int]) -> Camera:
     )  # fmt: skip
 
 
-def _notes(surface: Surface, probes: list[ProbeShare]) -> list[str]:
-    lines = []
+def _notes(
+    surface: Surface, probes: list[ProbeShare], vol: ProbeVolume, settings: RenderSettings
+) -> Iterator[str]:
     if not any(p.sees for p in probes):
-        lines.append("none of the probes sees the point: it is lit like the air in front of it")
-    if surface.metallic[0] > 0 or (surface.specular[0] > 0 and surface.alpha[0] < SHINES):
-        lines.append(
-            "the surface shines: the reference holds reflections too; --materials diffuse leaves them out"
+        yield "none of the probes sees the point"
+    if any(p.believed is None for p in probes):
+        yield (
+            "no probe of the point's own cell lights it: it is lit like the air in front of it, or by the nearest probes "
+            "that are awake; the table lists those, to which the factors do not belong"
         )
-    return lines
+    elif sum(p.believed or 0 for p in probes if p.sees) < FOLDED * sum(p.believed or 0 for p in probes):
+        yield "rays from the point find next to no probe: those from the air in front of it decide (query.sight)"
+    if vol.states is not None and settings.states.method != "off" and any(p.state in ASLEEP for p in probes):
+        yield "probes that are asleep or off keep no light: the field found nothing near them that they could light"
+    if surface.metallic[0] > 0 or (surface.specular[0] > 0 and surface.alpha[0] < SHINES):
+        yield "the surface shines: the reference holds reflections too; --materials diffuse leaves them out"
+    if settings.blend.warm_up == 0:
+        yield "without a warm-up the field remembers the darkness it began with: ask for more --frames, or set blend.warm_up=16"
 
 
 def _mean(light: list[Point], weights: list[float]) -> Point:
@@ -350,6 +439,12 @@ def _mean(light: list[Point], weights: list[float]) -> Point:
     if total <= 0:
         return 0.0, 0.0, 0.0
     return _point(np.average(light, axis=0, weights=weights))
+
+
+def _error_of_mean(weights: list[float], errors: list[float]) -> float:
+    """Standard error of a weighted mean."""
+    total = sum(weights)
+    return float(np.linalg.norm(np.multiply(weights, errors)) / total) if total > 0 else 0.0
 
 
 def _number(x: Any) -> float:

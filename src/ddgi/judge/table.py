@@ -117,11 +117,15 @@ def front(judged: Sequence[Judged], noise: float) -> set[int]:
     return {i for i, a in enumerate(costs) if not any(beaten(a, b) for b in costs)}
 
 
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
+
+
 def _cells(j: Judged, noise: float) -> list[str]:
     d, cost = j.difference, j.outcome.figures()
     flip = lambda x: f"{x:.4f}{doubted(x, noise)}"  # noqa: E731
     return [
         flip(d.flip_mean), f"{d.flip_p99:.3f}", flip(j.single.flip_mean), f"{100 * d.luminance_error:+.1f} %",
         f"{d.rel_mse:.4f}", f"{d.mff_mean:.4f}", f"{d.mff_max:.3f}",
-        f"{100 * j.leak.mean:.2g} %", f"{100 * j.dark.mean:.2g} %", f"{cost['frame_ms']:.1f}", f"{cost['field_mb']:.1f}",
+        _percent(j.leak.mean), _percent(j.dark.mean), f"{cost['frame_ms']:.1f}", f"{cost['field_mb']:.1f}",
     ]  # fmt: skip

@@ -14,6 +14,7 @@ from ddgi.probes.volume import bytes_per_probe
 from ddgi.scene.scene import Scene
 from ddgi.settings import RenderSettings
 from ddgi.still import still
+from ddgi.survey.reach import remark
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Outcome:
     frame_ms: float  # median of the second half
     probes: int
     non_finite: int  # rays and pixel values that were not numbers
+    remark: str | None = None  # that probes light next to nothing, if so
 
     def figures(self) -> dict[str, Any]:
         """Cost by name."""
@@ -79,6 +81,7 @@ def run(scene: Scene, trial: Trial, frames: int, watch: Watch = NOBODY) -> Outco
         done.frame_ms,
         field.probes,
         int(field.non_finite[0]) + frame.non_finite,
+        remark(scene, field, settings),
     )
 
 

@@ -191,13 +191,13 @@ def shares(
     tap: mi.Point2f | None = None,
 ) -> Shares:
     """Which probes light points, and by how much. Arguments as of `irradiance`."""
-    first, weights, total = _weighed(vol, at, layout, s, tracer, tap)
+    first, weights, total = weighed(vol, at, layout, s, tracer, tap)
     if _judges_sight(vol, s):
         # Nothing here sees the point: it is lit like the air in front of it, which its viewer sees through.
         ahead = _ahead(vol, at)
 
         def elsewhere(at, tap):
-            return _weighed(vol, at, layout, s, tracer, tap, in_air=True)[:2]
+            return weighed(vol, at, layout, s, tracer, tap, in_air=True)[:2]
 
         first, weights = dr.if_stmt(
             (ahead, tap), (total < sight.LOST) & at.active, elsewhere, lambda *_: (first, weights)
@@ -245,10 +245,11 @@ def _ahead(vol: ProbeVolume, at: Receiver) -> Receiver:
     return replace(at, position=position, start=position, view_distance=None)
 
 
-def _weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: bool = False):
+def weighed(vol, at: Receiver, layout, s: Settings, tracer, tap, *, in_air: bool = False):
     """First probe of the cells that points lie in, weights of their eight probes, and what those in front weigh.
 
-    in_air: There is no surface that probes could be behind.
+    Where the last is below `sight.LOST` none of them sees the point, and `shares` reads another cell. Arguments as
+    of `irradiance`; in_air: there is no surface that probes could be behind.
     """
     found = factors(vol, at, layout, s, tap, in_air=in_air)
     each = list(zip(found.near, found.wrap, found.visible, strict=True))
