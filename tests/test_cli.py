@@ -395,7 +395,9 @@ def test_a_light_without_effect_is_one_line():
 
 
 def test_no_command_is_misuse(refused):
-    assert "render, info, compare, explain, debug, flicker, respond, bench, scenes or presets" in refused(code=2)
+    assert "render, info, compare, explain, debug, flicker, respond, bench, scenes or presets" in refused(
+        code=2
+    )
 
 
 def test_debug_shows_the_traceback(run, tmp_path):

@@ -153,7 +153,12 @@ def _goes_on(previous: Frame, camera: Camera, settings: RenderSettings) -> bool:
 
 
 def updated(scene: Scene, field: IrradianceField, tick: int, settings: RenderSettings) -> IrradianceField:
-    """The field after an update, without a picture. Arguments as of `render_frame`."""
+    """The field after an update, without a picture. Arguments as of `render_frame`.
+
+    Probes around what can move are awake (SCALE 6.3), wherever that is now.
+    """
+    if boxes := scene.moving_boxes:
+        field = field.wake(scene, boxes, settings)
     volumes = [states.attend(vol, scene.tracer, tick, settings) for vol in field.volumes]
     field = replace(field, volumes=volumes)
     return advance()(settings, scene.tracer, scene.lights, field, clock(settings.seed, tick))

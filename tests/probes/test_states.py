@@ -323,6 +323,21 @@ def test_with_none_awake_updates_go_on(hall):
     assert vol.awake.count == states.ROUND
 
 
+def test_lists_have_few_lengths_while_things_come_and_go(hall):
+    """Kernels are compiled for the length, so it stays while there is room, and shrinks where much is left over."""
+    s = small(**LARGE, states_every=0)
+    vol = IrradianceField.fit(hall, s).volumes[0]
+    lengths = []
+    for awake in (*range(100, 400, 20), *range(400, 60, -20)):
+        code = np.where(np.arange(729) < awake, AWAKE, SLEEPING)
+        vol = states._with(vol, code, np.zeros(729, int), s.states, 0)
+        assert vol.awake.count >= awake
+        assert set(np.flatnonzero(code == AWAKE)) <= set(np.array(vol.awake.numbers))
+        lengths.append(vol.awake.count)
+    assert lengths[-1] < 250
+    assert np.count_nonzero(np.diff(lengths)) < 20
+
+
 @pytest.mark.parametrize(
     "box",
     [((0, 0), (1, 1)), ((0, 0, 0), (1, float("nan"), 1)), ((1, 0, 0), (0, 1, 1)), (0, 0, 0), None, "box"],

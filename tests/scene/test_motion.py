@@ -8,13 +8,13 @@ import pytest
 from ddgi import frame
 from ddgi.config import load_settings
 from ddgi.errors import SceneError
-from ddgi.frame import render_frame
+from ddgi.frame import render_frame, updated
 from ddgi.judge.path_tracer import PathTracer
-from ddgi.probes.field import IrradianceField
+from ddgi.probes.field import IrradianceField, probe_states
 from ddgi.sampling import PIXEL_ALPHA, clock
 from ddgi.scene.load import load_scene
 from ddgi.settings import RenderSettings
-from probing import diffuse
+from probing import diffuse, room, small
 
 RAYS = 4096
 MOVABLE = ("box", "ball", "lamp", "leaf")
@@ -210,6 +210,26 @@ def test_probes_are_placed_without_what_moves():
     elsewhere = moving().moved("box", MOVES["box"]).moved("leaf", MOVES["leaf"])
     here, there = (IrradianceField.fit(scene, s).volumes[0].grid for scene in (moving(), elsewhere))
     np.testing.assert_array_equal(here.offsets(), there.offsets())
+
+
+def test_probes_wake_where_things_come_by():
+    """A box that flies through the air of a hall: sleepers around it wake, and sleep again when it is past."""
+    s = small(grid_box=((-3.0, 0.1, -3.0), (3.0, 5.9, 3.0)), grid_counts=(7, 7, 7), states_every=0)
+    hall = {
+        "room": room(diffuse(0.5), 3.0)["room"]
+        | {"to_world": mi.ScalarTransform4f().translate([0, 3, 0]).scale(3)}
+    }
+    scene = load_scene(description() | hall, movable=["box"])
+    field = IrradianceField.fit(scene, s)
+    asleep = np.array(probe_states(field)) == "sleeping"
+    place = np.array(field.volumes[0].grid.place(dr.arange(mi.UInt32, 343))).T
+    rest = np.array([1.0, 1.0, 0.0])  # of the box
+    far = np.flatnonzero(asleep & (np.linalg.norm(place - rest, axis=1) > 2))[0]
+    woken = []
+    for shift in (np.zeros(3), place[far] - rest, np.zeros(3)):
+        field = updated(scene.moved("box", turned([0, 1, 0], 0, shift)), field, len(woken), s)
+        woken.append(probe_states(field)[far] != "sleeping")
+    assert woken == [False, True, False]
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e12])

@@ -83,6 +83,8 @@ class IrradianceField:
     def wake(self, scene: Scene, boxes: Sequence[Box], settings: RenderSettings) -> IrradianceField:
         """The field with the probes around things that move awake; those that woke for what is not there sleep again.
 
+        For shapes that a scene can move itself (`Scene.moving_boxes`) every update does it.
+
         Args:
             scene: That the field was fitted for.
             boxes: Low and high corners around the things [m], in the coordinates of the scene's file; each is enlarged

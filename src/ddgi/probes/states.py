@@ -47,6 +47,8 @@ ROUND = 32
 """Lists of probes are filled up with sleepers to a multiple of that: kernels are compiled for their length, and one that
 wakes up should not have all compiled anew.
 """
+LENGTHS = 16
+"""Of lists, at most, for fields whose probes wake and sleep again."""
 
 
 @settings_group("states")
@@ -222,13 +224,26 @@ def _listed(vol: ProbeVolume, s: Settings, *, sleepers: bool = False) -> ProbeVo
     assert vol.states is not None
     code = np.array(vol.states.code)
     up = code >= (SLEEPING if sleepers else NEWLY_AWAKE)
-    missing = min(-up.sum() % ROUND if up.any() else ROUND, len(code) - up.sum())
+    missing = min(_length(int(up.sum()), vol, s), len(code)) - up.sum()
     # The first of the others, sleepers before those that are off.
     order = np.lexsort((np.arange(len(code)), -code.astype(int), up))
     up[order[:missing]] = True
     numbers = np.flatnonzero(up)
     whole = len(numbers) == len(code)
     return replace(vol, awake=Awake(len(numbers), None if whole else own_numbers(numbers)))
+
+
+def _length(needed: int, vol: ProbeVolume, s: Settings) -> int:
+    """Of a list that has room for so many probes: the one before if it will do, else one of few lengths.
+
+    What moves wakes probes and lets them sleep all the time.
+    """
+    step = max(1, vol.grid.size // (LENGTHS * ROUND)) * ROUND
+    before = 0 if vol.awake.numbers is None or s.method == "ctu" else vol.awake.count
+    if needed <= before < needed + 2 * step:
+        return before
+    step = step if before else ROUND
+    return max(1, -(-needed // step)) * step
 
 
 def _where(place, grid: ProbeGrid) -> np.ndarray:

@@ -82,6 +82,13 @@ class Scene:
         return (a, b, c), (d, e, f)
 
     @property
+    def moving_boxes(self) -> list[Box]:
+        """The box around each shape that can move, where it is now, in the coordinates of the file [m]."""
+        if self.motion is None or self.motion.stage is None:
+            return []
+        return [moved(box, self.origin) for box in self.motion.stage.boxes(self.pose).values()]
+
+    @property
     def mi_shapes(self) -> list[mi.Shape]:
         """Mitsuba's shapes: those that stay, and those that can move as they were loaded."""
         moving = (

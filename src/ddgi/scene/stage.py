@@ -126,11 +126,19 @@ class Stage:
 
     def boxes(self, pose: Pose) -> dict[str, Box]:
         """The box around each shape in a pose, by name. Low and high corner [m], from `Scene.origin`."""
-        return {part.name: _around(_posed(part.name, part.rest, pose).positions) for part in self._parts}
+        found = {}
+        if self._members:
+            low, high = self._common.corners(pose)
+            found = {m.name: _box(a, b) for m, a, b in zip(self._members, low, high, strict=True)}
+        for aside in self._asides:
+            points = _posed(aside.name, aside.rest, pose).positions
+            found[aside.name] = _box(points.min(0), points.max(0))
+        return found
 
     def box(self, pose: Pose) -> Box:
         """The box around all of them."""
-        return _around(np.array(list(self.boxes(pose).values())).reshape(-1, 3))
+        corners = np.array(list(self.boxes(pose).values()))
+        return _box(corners[:, 0].min(0), corners[:, 1].max(0))
 
     def bent(self, name: str, positions: np.ndarray, normals: np.ndarray | None) -> Bent:
         """A mesh in another form, its normals those around each vertex if none are given.
@@ -180,10 +188,23 @@ class _Common:
         if members:
             self._positions = np.concatenate([p for p, _ in surfaces])
             self._normals = np.concatenate([n for _, n in surfaces])
+        self._latest: tuple[Pose, tuple[np.ndarray, np.ndarray]] | None = None
         self._member = np.repeat(np.arange(len(members)), np.diff(self._ends))
 
+    def corners(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+        """Low and high corners of the boxes around all members. (M, 3) each."""
+        positions, _ = self.surface(pose)
+        starts = self._ends[:-1]
+        return np.minimum.reduceat(positions, starts), np.maximum.reduceat(positions, starts)
+
     def surface(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and unit normals in a pose. (V, 3) each."""
+        """Positions and unit normals in a pose, of every member's vertices one after the other. (V, 3) each."""
+        if self._latest is not None and self._latest[0] is pose:
+            return self._latest[1]
+        self._latest = pose, self._surface(pose)
+        return self._latest[1]
+
+    def _surface(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
         stays = np.eye(4)
         matrices = np.stack([pose.matrices.get(member.name, stays) for member in self._members])
         linear = matrices[:, :3, :3]
@@ -260,9 +281,9 @@ def _texcoords(member: Member) -> np.ndarray:
     return member.texcoords[member.used]
 
 
-def _around(points: np.ndarray) -> Box:
-    low, high = points.min(0), points.max(0)
-    return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
+def _box(low: np.ndarray, high: np.ndarray) -> Box:
+    (a, b, c), (d, e, f) = low.tolist(), high.tolist()
+    return (a, b, c), (d, e, f)
 
 
 def _key(number: int) -> str:
