@@ -20,6 +20,8 @@ REPEAT = 20.0
 """Seconds between two lines of a phase in a log."""
 BAR = 24
 """Width of the bar [characters]."""
+TELLING = 3
+"""Steps after which the time left is told: the first compile."""
 FIRST = "compiling"
 """In the bar until the first step is done, which takes longest."""
 
@@ -71,12 +73,17 @@ class Progress:
                 self._write(f"ddgi: {logged} ...\n")
             elif self._done and monotonic() - since > REPEAT:
                 since = monotonic()
-                self._write(f"ddgi: {logged}: {self._done}/{self._total}, {since - self._begin:.0f} s ...\n")
+                self._write(
+                    f"ddgi: {logged}: {self._done}/{self._total}, {since - self._begin:.0f} s, {(since - self._begin) / self._done * (self._total - self._done):.0f} s left ...\n"
+                )
 
     def _line(self) -> str:
-        elapsed = f"{monotonic() - self._begin:.0f} s"
+        seconds = monotonic() - self._begin
+        elapsed = f"{seconds:.0f} s"
         if not self._total:
             return f"{self._text} {elapsed}"
+        if self._done >= TELLING:
+            elapsed += f", {seconds / self._done * (self._total - self._done):.0f} s left"
         bar = "#" * (BAR * self._done // self._total) if self._done else FIRST
         return f"{self._text} [{bar:<{BAR}}] {self._done}/{self._total} {elapsed}"
 

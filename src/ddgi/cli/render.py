@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ddgi.cli.animation import FRAMES, Asked, animate, check
 from ddgi.cli.figures import check_figures_file, write_figures
 from ddgi.cli.options import FILE, json_option, request_options
 from ddgi.cli.progress import Progress
 from ddgi.cli.request import SceneRequest, SettingsRequest
+from ddgi.cli.values import Finite
 from ddgi.plural import counted
 
 if TYPE_CHECKING:
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from ddgi.scene.scene import Scene
     from ddgi.settings import RenderSettings
     from ddgi.still import Still
+
+STILL_FRAMES = 64
+"""Added up to a still, if nothing else is asked for."""
 
 
 @click.command()
@@ -33,14 +38,12 @@ if TYPE_CHECKING:
     required=True,
     multiple=True,
     metavar="FILE.png|exr",
-    help="Where the picture goes; repeatable.",
+    help="Where the picture goes; repeatable. An animation may go to FILE.mp4.",
 )
 @click.option(
     "--frames",
     type=click.IntRange(min=1),
-    default=64,
-    show_default=True,
-    help="Frames to add up while the light converges.",
+    help="Frames to add up while the light converges; 64 by default, 8 for each picture of an animation.",
 )
 @click.option(
     "--turntable",
@@ -48,18 +51,43 @@ if TYPE_CHECKING:
     metavar="N",
     help="N pictures all around, FILE-000 and on: around the object, or on the spot inside a room.",
 )
+@click.option(
+    "--animation",
+    is_flag=False,
+    flag_value="",
+    metavar="[NAME]",
+    help="Play an animation of the file, the first or that of a name or number: FILE-0000 and on, or FILE.mp4.",
+)
+@click.option(
+    "--fps", type=Finite(min=0.01, max=1000), default=30.0, show_default=True, help="Pictures a second."
+)
+@click.option("--start", type=Finite(min=0), default=0.0, show_default=True, help="Where to begin [s].")
+@click.option("--duration", type=Finite(min=0), help="How long [s]; by default to the animation's end.")
 @json_option
 @request_options
 def render(
     scene: str,
     outputs: tuple[Path, ...],
-    frames: int,
+    frames: int | None,
     turntable: int | None,
+    animation: str | None,
+    fps: float,
+    start: float,
+    duration: float | None,
     json_file: Path | None,
     scene_request: SceneRequest,
     settings_request: SettingsRequest,
 ) -> None:
     """Render SCENE, a built-in name, a glTF (.glb, .gltf), .obj, .ply or Mitsuba .xml file, lit by probes."""
+    if animation is not None:
+        if turntable is not None:
+            raise click.UsageError("--turntable or --animation, not both")
+        if len(outputs) > 1:
+            raise click.UsageError("an animation goes to one --output")
+        asked = Asked(animation or None, fps, start, duration, frames or FRAMES)
+        _animate(scene, outputs[0], asked, json_file, scene_request, settings_request)
+        return
+    frames = frames or STILL_FRAMES
     with Progress() as progress:
         progress.phase("starting")
         files = _numbered(outputs, turntable)
@@ -68,6 +96,37 @@ def render(
         click.echo(f"ddgi: {line}", err=True)
     if json_file is not None:
         write_figures(json_file, figures)
+
+
+def _animate(
+    source: str,
+    output: Path,
+    asked: Asked,
+    json_file: Path | None,
+    scene_request: SceneRequest,
+    settings_request: SettingsRequest,
+) -> None:
+    """Moments of an animation, to pictures or a video."""
+    with Progress() as progress:
+        progress.phase("starting")
+        settings_request.start_backend()
+        check(output)
+        if json_file is not None:
+            check_figures_file(json_file, output)
+        settings = settings_request.settings()
+        progress.phase(f"loading {source}")
+        scene = scene_request.open(source)
+        changed = Path(source).stat().st_mtime_ns if Path(source).is_file() else 0
+        described = {"scene": source, "changed": changed, "options": scene_request.arguments()}
+        say = lambda line: click.echo(f"ddgi: {line}", err=True)  # noqa: E731
+        figures = animate(scene, settings, asked, output, described, progress, say)
+    for line in (
+        *(f"note: {note}" for note in scene.notes),
+        f"{scene.name}: {counted(figures['pictures'], 'picture')} -> {_files(figures['outputs'])}",
+    ):
+        click.echo(f"ddgi: {line}", err=True)
+    if json_file is not None:
+        write_figures(json_file, {"scene": scene.name, "notes": list(scene.notes)} | figures)
 
 
 def _render(

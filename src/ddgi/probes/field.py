@@ -12,7 +12,7 @@ import mitsuba as mi
 import numpy as np
 
 from ddgi.backend import use_backend
-from ddgi.box import Box, moved
+from ddgi.box import Box, around, moved
 from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, region, relocation, sight, states, volume, walls
 from ddgi.probes.awake import NAMES, VIGILANT
@@ -35,8 +35,14 @@ class IrradianceField:
         return f"IrradianceField({', '.join('x'.join(map(str, v.grid.counts)) for v in self.volumes)} probes)"
 
     @staticmethod
-    def fit(scene: Scene, settings: RenderSettings) -> IrradianceField:
+    def fit(scene: Scene, settings: RenderSettings, reach: Sequence[Box] = ()) -> IrradianceField:
         """An empty field over a box: `grid.box`, else the scene's own, else where its cameras' light is.
+
+        Args:
+            scene: What to light.
+            settings: Of the frames to come.
+            reach: Boxes that the last of these is to cover too, as where things will move, in the coordinates of
+                the scene's file [m]; where things that can move are now it covers anyway.
 
         Raises:
             SettingsError: The volume is impossible, lies wholly outside the scene, or needs more
@@ -56,6 +62,9 @@ class IrradianceField:
             found = walls.find(tracer, box)
         else:
             box = region.find(tracer, seen, moved(scene.bounds, here))
+            box = _covering(
+                box, [moved(b, here) for b in (*scene.moving_boxes, *reach)], settings.grid.budget
+            )
             found = _walls(scene, seen, box)
         layout = grid.fit(box, replace(settings.grid, box=None), found)
         vol = volume.allocate(layout, settings.volume, settings.rays.per_probe, settings.grid.memory_limit)
@@ -122,6 +131,14 @@ class IrradianceField:
         return replace(
             self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0, v.grid.size)) for v in self.volumes]
         )
+
+
+def _covering(box: Box, things: Sequence[Box], budget: int) -> Box:
+    """The box enlarged to hold others too, and about a spacing around them: what is lit needs probes in front of it."""
+    low, high = np.array(around([box, *things]))
+    step = float(np.prod(high - low) / budget) ** (1 / 3)
+    wide = [(tuple((np.array(a) - step).tolist()), tuple((np.array(b) + step).tolist())) for a, b in things]
+    return around([box, *wide])
 
 
 def _in_short(box: Box) -> str:

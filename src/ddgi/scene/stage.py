@@ -9,7 +9,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ddgi.box import Box
+from ddgi.box import Box, around
 from ddgi.errors import SceneError
 from ddgi.own_memory import own, own_numbers
 from ddgi.scene.matrices import cofactors, cross, moved_surface, normals_around, times, unit
@@ -137,8 +137,7 @@ class Stage:
 
     def box(self, pose: Pose) -> Box:
         """The box around all of them."""
-        corners = np.array(list(self.boxes(pose).values()))
-        return _box(corners[:, 0].min(0), corners[:, 1].max(0))
+        return around(list(self.boxes(pose).values()))
 
     def bent(self, name: str, positions: np.ndarray, normals: np.ndarray | None) -> Bent:
         """A mesh in another form, its normals those around each vertex if none are given.

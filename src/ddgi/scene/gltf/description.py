@@ -84,7 +84,9 @@ def _described(container: Container, notes: Notes) -> Described:
     _check_surfaces(builder)
     _note_geometry(builder, notes)
     if clips:
-        notes.add(f"{len(clips)} animation(s) kept; the picture shows the file at rest")
+        notes.add(
+            f"{len(clips)} animation(s): a still shows the file at rest, `ddgi render --animation` plays them"
+        )
     description = {
         "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
     }  # fmt: skip

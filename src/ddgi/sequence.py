@@ -1,0 +1,61 @@
+"""Pictures one after the other, of a scene that moves, lit by one field that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import drjit as dr
+
+from ddgi.frame import Frame, render_frame, updated
+from ddgi.probes.field import IrradianceField
+from ddgi.scene.scene import Scene
+from ddgi.settings import RenderSettings
+
+MOMENTS = 64
+"""At which it is asked where things will be, at most."""
+
+
+def sequence(
+    scene: Scene,
+    s: RenderSettings,
+    times: Sequence[float],
+    clip: str | int | None = None,
+    *,
+    frames: int = 8,
+    settle: int = 64,
+    tick: int = 0,
+    step: Callable[[], object] = lambda: None,
+) -> Iterator[Frame]:
+    """Render moments of an animation.
+
+    Args:
+        scene: What there is, and what moves in it.
+        s: All settings.
+        times: The moments [s], in order; one at least.
+        clip: Name or number of the animation; by default the first.
+        frames: Of each moment, added up to its picture; the field is updated as often.
+        settle: Updates before the first, at that moment.
+        tick: Number of the first update, which says what random numbers it draws.
+        step: Called after each update before the first picture, and after each picture.
+
+    Raises:
+        SceneError: Nothing in the scene is animated, or there is no such animation.
+        SettingsError: The field cannot be laid out.
+    """
+    now = scene.at(times[0], clip)
+    passed = times[:: -(-len(times) // MOMENTS)]
+    field = IrradianceField.fit(now, s, [box for time in passed for box in scene.at(time, clip).moving_boxes])
+    for _ in range(settle):
+        field = updated(now, field, tick, s)
+        dr.eval(field)
+        tick += 1
+        step()
+    for time in times:
+        now = scene.at(time, clip)
+        frame = Frame.empty(now.camera, s)
+        for _ in range(frames):
+            field, frame = render_frame(now, field, now.camera, tick, s, frame)
+            tick += 1
+        dr.eval(field, frame)
+        step()
+        yield frame
