@@ -17,7 +17,7 @@ from ddgi.settings import RenderSettings
 from probing import diffuse, room, small
 
 RAYS = 4096
-MOVABLE = ("box", "ball", "lamp", "leaf")
+MOVABLE = ("box", "ball", "lamp", "leaf", "card", "panel")
 
 
 def description(moved=None):
@@ -36,6 +36,14 @@ def description(moved=None):
         "leaf": {
             "type": "cube", "face_normals": True, "bsdf": diffuse(0.6),
             "to_world": at("leaf", T().translate([0, 2, 1]).scale([0.5, 0.01, 0.3])),
+        },
+        "card": {
+            "type": "rectangle", "bsdf": diffuse(0.7, two_sided=True),
+            "to_world": at("card", T().translate([-0.5, 1.5, 1.5]).scale([0.4, 0.3, 1])),
+        },
+        "panel": {
+            "type": "disk", "to_world": at("panel", T().translate([-2, 2.5, 0]).rotate([0, 1, 0], 90).scale(0.3)),
+            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": 3.0}},
         },
         "lamp": {
             "type": "cube", "to_world": at("lamp", T().translate([0, 3, 0]).scale([0.3, 0.05, 0.3])),
@@ -69,6 +77,8 @@ MOVES = {
     "ball": turned([0, 1, 0], 10, [0.2, 0.5, 0.6]),
     "leaf": turned([1, 0, 0], 50, [0.1, 0.3, 0.2]),
     "lamp": turned([0, 0, 1], 20, [0.5, 0.1, 0.2]),
+    "card": turned([1, 1, 0], 40, [0.2, 0.1, -0.1]),
+    "panel": turned([0, 1, 0], -20, [0.3, 0.2, 0.1]),
     "bulb": turned([0, 1, 0], 90, [0, 0.5, 0]),
     "beam": turned([1, 0, 0], 15, [0.3, 0, 0]),
     "sun": turned([1, 0, 0], 25, [0, 0, 0]),
@@ -154,7 +164,7 @@ def test_shadows_move_along():
     assert [float(s.tracer.visible(*below, mi.Bool(True))[0]) for s in (rest, lifted, rest)] == [0, 1, 0]
 
 
-@pytest.mark.parametrize("name", [None, "box", "ball", "lamp", "bulb", "beam", "sun"])
+@pytest.mark.parametrize("name", [None, "box", "ball", "card", "panel", "lamp", "bulb", "beam", "sun"])
 def test_the_path_tracer_sees_the_same(name):
     """Direct light of the reference, in the scene moved and in one built there."""
     moves = {n: m for n, m in MOVES.items() if name in (n, None) and n != "view"}
@@ -166,6 +176,23 @@ def test_the_path_tracer_sees_the_same(name):
         for s in (scene, load_scene(description(moves)))
     )
     assert np.abs(ours - theirs).mean() < 0.01 * theirs.mean()
+
+
+def test_the_path_tracer_sees_built_in_things_move():
+    """Their meshes come as objects: the same moved, and handed over moved."""
+    move = turned([0, 1, 0], 30, [0.1, 0.3, 0])
+    scene = load_scene("cornell", movable=["small-box", "light"], size=(32, 32)).moved("small-box", move)
+    scene = scene.moved("light", turned([0, 1, 0], 0, [0.1, -0.2, 0.1]))
+    ours = PathTracer(scene).render_direct(scene.camera, 64, 0).picture
+    still = PathTracer(load_scene("cornell", size=(32, 32))).render_direct(scene.camera, 64, 0).picture
+    s = RenderSettings.preset("default")
+    field, shown = IrradianceField.fit(scene, s), None
+    for tick in range(24):
+        field, shown = render_frame(scene, field, scene.camera, tick, s, shown)
+    direct = np.array(shown.picture.immediate).T.reshape(32, 32, 3)
+    lit = ours.mean()
+    assert np.abs(direct - ours).mean() < 0.1 * lit
+    assert np.abs(direct - still).mean() > 0.3 * lit
 
 
 def test_the_lamp_that_moves_lights_what_is_below_it():
@@ -265,7 +292,7 @@ def test_a_thing_shrunk_to_nothing_is_not_there():
             lambda s: s.moved("floor", np.eye(4)),
             r"floor was not loaded as something that moves: .*movable=\['floor'\]",
         ),
-        (lambda s: s.moved("chair", np.eye(4)), "nothing called 'chair' can be moved: there are box, leaf"),
+        (lambda s: s.moved("chair", np.eye(4)), "nothing called 'chair' can be moved: there are box, "),
         (lambda s: s.moved("box", np.zeros((3, 3))), "4 x 4"),
         (lambda s: s.moved("box", np.zeros((4, 4))), "last row"),
         (lambda s: s.bent("ball", np.zeros((3, 3))), "ball is no mesh"),

@@ -155,11 +155,19 @@ def _parted(
 
 def _nodes(
     tree: PluginTree, movers: Sequence[Traced], geometry: Geometry, emitters: EmitterReader
-) -> dict[str, int]:
-    """Which plugins of the tree can move, by name."""
-    found = {light.name: light.node for light in emitters.delta if light.node is not None}
-    owners = {name: geometry.owners.get(geometry.names[name]) for name, _ in movers if name in geometry.names}
-    return found | {name: owner for name, owner in owners.items() if isinstance(owner, int)}
+) -> dict[str, int | str]:
+    """Where in the tree the things are that can move, by name: plugins by number, objects by key."""
+    found: dict[str, int | str] = {
+        light.name: light.node for light in emitters.delta if light.node is not None
+    }
+    objects = {id(child): key for key, child in tree.children(0) if not isinstance(child, int)}
+    for name, _ in movers:
+        owner = geometry.owners.get(geometry.names.get(name, -1))
+        if isinstance(owner, int):
+            found[name] = owner
+        elif id(owner) in objects:
+            found[name] = objects[id(owner)]
+    return found
 
 
 def _around(scene: mi.Scene, stage: Stage | None) -> np.ndarray:

@@ -27,7 +27,9 @@ class Motion:
     stage: Stage | None  # shapes; None: only lights and cameras can
     lights: Lights
     cameras: Mapping[str, Camera]
-    nodes: Mapping[str, int] = field(default_factory=dict)  # of the parsed scene, by name of shape or light
+    nodes: Mapping[str, int | str] = field(
+        default_factory=dict
+    )  # of the parsed scene, by name of shape or light: a plugin's number, or the key of what came as an object
     player: Player | None = None  # of the file's animations
 
 
@@ -76,20 +78,26 @@ def moved_cameras(
     )
 
 
-def move_plugins(state: Any, nodes: Mapping[str, int], pose: Pose) -> None:
+def move_plugins(state: Any, motion: Motion, pose: Pose) -> None:
     """Change a parsed scene, as the path tracer builds it, into what a pose shows.
 
     Args:
         state: `mi.parser.ParserState`, a copy.
-        nodes: Which of its plugins are which, by name.
+        motion: What can move.
         pose: Where things stand.
+
+    Raises:
+        SceneError: A shape that moved came as an object, and is no mesh.
     """
-    for name, index in nodes.items():
-        properties = state.nodes[index].props
-        if name in pose.bent and "positions" in properties:
-            _bend(properties, pose.bent[name].positions, pose.bent[name].normals)
-        elif name in pose.matrices:
-            _carry(properties, pose.matrices[name])
+    for name in (*pose.matrices, *pose.bent):
+        node = motion.nodes.get(name)
+        if isinstance(node, str):
+            assert motion.stage is not None
+            state.nodes[0].props[node] = motion.stage.copied(name, pose)
+        elif node is not None and name in pose.bent:
+            _bend(state.nodes[node].props, pose.bent[name].positions, pose.bent[name].normals)
+        elif node is not None:
+            _carry(state.nodes[node].props, pose.matrices[name])
 
 
 def _bend(properties: Any, positions: np.ndarray, normals: np.ndarray | None) -> None:

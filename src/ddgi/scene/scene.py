@@ -106,7 +106,7 @@ class Scene:
             return None
         state = mi.parser.ParserState(self.parsed)
         if self.motion is not None:
-            move_plugins(state, self.motion.nodes, self.pose)
+            move_plugins(state, self.motion, self.pose)
         return state
 
     @property

@@ -13,7 +13,17 @@ from ddgi.box import Box, around
 from ddgi.errors import SceneError
 from ddgi.own_memory import own, own_numbers
 from ddgi.scene.matrices import cofactors, cross, moved_surface, normals_around, times, unit
-from ddgi.scene.mesh_keys import FACES, NORMALS, POSITIONS, TEXCOORDS, make_mesh
+from ddgi.scene.mesh_keys import (
+    ALPHA_ATTRIBUTE,
+    COLOR_ATTRIBUTE,
+    FACES,
+    NORMALS,
+    POSITIONS,
+    TEXCOORDS,
+    make_mesh,
+    vertex_attribute,
+)  # fmt: skip
+from ddgi.scene.plugin_parts import parts
 from ddgi.scene.pose import Bent, Pose
 from ddgi.trace.movers import Movers
 
@@ -162,6 +172,32 @@ class Stage:
             normals = normals_around(positions, part.faces)
         return Bent(positions, normals)
 
+    def copied(self, name: str, pose: Pose) -> mi.Mesh:
+        """A mesh of its own that stands where a pose has it, of the same material and glow.
+
+        Raises:
+            SceneError: The shape is no mesh.
+        """
+        part = next(part for part in self._parts if part.name == name)
+        if part.faces is None:
+            raise SceneError(
+                f"{name}: came as an object, which cannot be moved for the path tracer: describe it"
+            )
+        rest = dict(zip(self.names, self.at_rest, strict=True))[name]
+        now, parameters, properties = _posed(name, part.rest, pose), mi.traverse(rest), mi.Properties()
+        properties["bsdf"], properties["face_normals"] = rest.bsdf(), now.normals is None
+        if rest.is_emitter():
+            radiance = parts(rest.emitter())["radiance"]
+            properties["emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
+        texcoords = np.array(parameters[TEXCOORDS]).reshape(-1, 2) if TEXCOORDS in parameters else np.zeros(0)
+        extra = {key: vertex_attribute(rest, key) for key in (COLOR_ATTRIBUTE, ALPHA_ATTRIBUTE)}
+        return make_mesh(
+            name, now.positions, part.faces, properties,
+            normals=None if now.normals is None else unit(now.normals),
+            texcoords=texcoords if len(texcoords) else None,
+            attributes={key: None if found is None else found[1] for key, found in extra.items()},
+        )  # fmt: skip
+
     def _built(self) -> tuple[mi.Scene, mi.SceneParameters, int]:
         """Mitsuba's scene, what can be set in it, and the registry number of the common mesh."""
         description: dict[str, object] = {"type": "scene"}
@@ -230,7 +266,12 @@ class _Common:
 
 def _joins(shape: mi.Shape) -> bool:
     """Whether a shape becomes part of the common mesh: a plain mesh that does not shine."""
-    return shape.is_mesh() and not shape.is_emitter()
+    return _has_vertices(shape) and not shape.is_emitter()
+
+
+def _has_vertices(shape: mi.Shape) -> bool:
+    """Rectangles say that they are meshes too."""
+    return shape.is_mesh() and POSITIONS in mi.traverse(shape)
 
 
 def _member(name: str, shape: mi.Mesh, row: int) -> Member:
@@ -240,7 +281,7 @@ def _member(name: str, shape: mi.Mesh, row: int) -> Member:
 
 
 def _aside(name: str, shape: mi.Shape) -> Aside:
-    if shape.is_mesh():
+    if _has_vertices(shape):
         return Aside(name, shape, _vertices(shape), None, _faces(shape))
     parameters = mi.traverse(shape)
     if TO_WORLD not in parameters or shape.class_name() in ("Instance", "ShapeGroupPlugin"):
