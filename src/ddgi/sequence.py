@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import drjit as dr
 
@@ -13,6 +14,8 @@ from ddgi.settings import RenderSettings
 
 MOMENTS = 64
 """At which it is asked where things will be, at most."""
+SMOOTH = 32
+"""Frames of which light of what is near, one random ray a pixel and frame, leaves no grain that flickers."""
 
 
 def sequence(
@@ -33,7 +36,8 @@ def sequence(
         s: All settings.
         times: The moments [s], in order; one at least.
         clip: Name or number of the animation; by default the first.
-        frames: Of each moment, added up to its picture; the field is updated as often.
+        frames: Of each moment, added up to its picture; the field is updated as often. With fewer than `SMOOTH`,
+            pixels do without light of what is near (`contact.pixels`), whose grain would flicker.
         settle: Updates before the first, at that moment.
         tick: Number of the first update, which says what random numbers it draws.
         step: Called after each update before the first picture, and after each picture.
@@ -42,6 +46,8 @@ def sequence(
         SceneError: Nothing in the scene is animated, or there is no such animation.
         SettingsError: The field cannot be laid out.
     """
+    if frames < SMOOTH:
+        s = replace(s, contact=replace(s.contact, pixels=0.0))
     now = scene.at(times[0], clip)
     passed = times[:: -(-len(times) // MOMENTS)]
     field = IrradianceField.fit(now, s, [box for time in passed for box in scene.at(time, clip).moving_boxes])

@@ -22,6 +22,7 @@ from ddgi.scene.scene import Scene
 if TYPE_CHECKING:  # it needs no variant, but what it is used with does
     from ddgi.scene.ceiling import Height
     from ddgi.scene.notes import Notes
+    from ddgi.scene.rig import Rig
 
 MATERIALS = ("full", "diffuse")
 GLTF = (".glb", ".gltf")
@@ -164,7 +165,7 @@ def _imported(
 def _gltf(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.gltf.description import read_gltf
     from ddgi.scene.notes import Notes
-    from ddgi.scene.play import Player, moving_shapes
+    from ddgi.scene.play import moving_shapes
 
     notes = Notes()
     read = read_gltf(path, notes)
@@ -172,9 +173,16 @@ def _gltf(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Sce
         path, read.description, notes, added, up, diffuse, read.origin, read.called,
         moving_shapes(read.rig),
     )  # fmt: skip
+    return _rigged(scene, read.rig)
+
+
+def _rigged(scene: Scene, rig: Rig) -> Scene:
+    """The scene with what its animations need."""
+    from ddgi.scene.play import Player
+
     assert scene.motion is not None
-    player = Player(read.rig, scene.origin) if read.rig.clips else None
-    return replace(scene, rig=read.rig, motion=replace(scene.motion, player=player))
+    player = Player(rig, scene.origin) if rig.clips else None
+    return replace(scene, rig=rig, motion=replace(scene.motion, player=player))
 
 
 def _obj(path: Path, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
@@ -234,6 +242,7 @@ def _described(
 def _built_in(name: str, added: Added, up: np.ndarray | None, diffuse: bool) -> Scene:
     from ddgi.scene.library import BUILT_IN
     from ddgi.scene.mitsuba_scene import import_scene
+    from ddgi.scene.play import moving_shapes
     from ddgi.scene.plugin_tree import PluginTree
 
     if name not in BUILT_IN:
@@ -245,7 +254,11 @@ def _built_in(name: str, added: Added, up: np.ndarray | None, diffuse: bool) -> 
     blueprint = BUILT_IN[name].build()
     tree = PluginTree.parse(blueprint.description)
     up = np.array(AXES["y"]) if up is None else up
-    return import_scene(tree, name, added=added, up=up, box=blueprint.box, diffuse=diffuse)
+    animated = moving_shapes(blueprint.rig) if blueprint.rig is not None else frozenset()
+    scene = import_scene(
+        tree, name, added=added, up=up, box=blueprint.box, diffuse=diffuse, animated=animated
+    )
+    return scene if blueprint.rig is None else _rigged(scene, blueprint.rig)
 
 
 def _file(source: str | Path) -> Path | None:

@@ -32,6 +32,9 @@ BUILT_IN: dict[str, BuiltIn] = {
         _built_in("house", "house", "house in the sun: one room open, one sealed and black (leak test)"),
         _built_in("two-rooms", "two_rooms", "two rooms and a doorway, a lamp in only one of them"),
         _built_in("courtyard", "courtyard", "arcaded court with curtains in the sun, over 200,000 triangles"),
+        _built_in(
+            "beach-balls", "beach_balls", "the courtyard, and a hundred balls that tumble through it (BLOG)"
+        ),
         _built_in("color-boxes", "color_boxes", "closed box, two coloured objects, a spotlight (CTU 7.4)"),
         _built_in("occluder-box", "occluder_box", "closed white box, two occluders, a spotlight (CTU 7.1)"),
         _built_in(

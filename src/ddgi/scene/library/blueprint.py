@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ddgi.scene.rig import Rig
 
 Point = tuple[float, float, float]
 
@@ -18,6 +21,9 @@ class Blueprint:
 
     box: tuple[Point, Point] | None = None
     """(low, high) of what probes should cover, inner faces of the walls included [m]; None: everything."""
+
+    rig: Rig | None = None
+    """What moves, and how, by names of shapes, lights and cameras."""
 
 
 @dataclass(frozen=True)
