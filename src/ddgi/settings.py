@@ -76,7 +76,7 @@ _published = replace(
 
 _scale = replace(
     _published,
-    blend=replace(_published.blend, gamma=5.0),  # 4.2
+    blend=replace(_published.blend, gamma=5.0, thresholds=True),  # 4.2, 4.3
     query=replace(_published.query, sqrt_blending=True),  # listing 2
     # 5. How near a front is near, it does not say.
     relocation=relocation.Settings(method="scale", iterations=5, clearance=0.15),

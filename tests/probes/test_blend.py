@@ -1,15 +1,19 @@
 """Blending against a plain double loop, and sequences known on paper."""
 
+from dataclasses import replace
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
+from ddgi.errors import SettingsError
 from ddgi.probes import volume
 from ddgi.probes.blend import blend, hysteresis
 from ddgi.probes.directions import frame_directions
 from ddgi.probes.field import IrradianceField, distance_map, irradiance_map
 from ddgi.probes.gather import Gathered
+from ddgi.probes.haste import Haste
 from ddgi.probes.octahedral import texel_directions
 from ddgi.sampling import clock
 from probing import changed, floats, lattice, points, small, sphere_points
@@ -155,6 +159,66 @@ def test_recency_makes_late_updates_count_more(recency):
     n = np.arange(1, 41)
     assert weight.sum() == pytest.approx(1)
     assert np.allclose(weight[9:] / weight[-1], (n[9:] / 40) ** (recency - 1), atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kept"),
+    [
+        (1.0, 1.2, 0.9), (1.0, 0.8, 0.9),  # a fifth: nothing changes
+        (1.0, 1.5, 0.75), (1.0, 0.5, 0.75),  # a third, a half: 0.15 less, up as down
+        (1.0, 6.0, 0.0), (1.0, 0.1, 0.0),  # five sixths, nine tenths: nothing is kept
+        (1e-3, 2e-3, 0.75),  # of themselves, not of one
+        (0.0, 1.0, 0.0), (0.0, 0.0, 0.9),
+    ],
+)  # fmt: skip
+def test_texels_that_change_much_forget(before, after, kept):
+    """SCALE 4.3, with its listing's mistakes mended."""
+    s = settings(blend_warm_up=0, blend_hysteresis=0.9, blend_thresholds=True, blend_gamma=1.0)
+    _, distance, directions = random_rays()
+    even = lambda x: np.full((RAYS, 8, 3), x)  # noqa: E731
+    vol = step(empty(s), found(even(before), distance, directions), s)
+    got = s_map(step(vol, found(even(after), distance, directions), s), s)
+    assert np.allclose(got, kept * before + (1 - kept) * after, rtol=1e-4)
+
+
+def test_one_channel_that_changes_is_enough():
+    s = settings(blend_warm_up=0, blend_hysteresis=0.9, blend_thresholds=True, blend_gamma=1.0)
+    _, distance, directions = random_rays()
+    even = lambda *rgb: np.broadcast_to(rgb, (RAYS, 8, 3))  # noqa: E731
+    vol = step(empty(s), found(even(1.0, 1.0, 1.0), distance, directions), s)
+    got = s_map(step(vol, found(even(0.6, 1.0, 1.0), distance, directions), s), s)
+    assert np.allclose(got[..., 0], 0.75 + 0.25 * 0.6, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("event", "light", "distance"),
+    [("small light", [0.85] * 4 + [1] * 8, [1] * 12), ("large light", [0.5] * 10 + [1] * 2, [1] * 12),
+     ("large object", [0.5] * 10 + [1] * 2, [0.5] * 7 + [1] * 5)],
+)  # fmt: skip
+def test_after_an_event_less_is_kept_for_a_while(event, light, distance):
+    """By what share of the way each update goes from 1 towards 2, for irradiance and for distances."""
+    s = settings(blend_warm_up=0, blend_hysteresis=0.8, blend_gamma=1.0)
+    _, _, directions = random_rays()
+    even = lambda x: (np.full((RAYS, 8, 3), x), np.full((RAYS, 8), 0.2 * x), directions)  # noqa: E731
+    vol = step(empty(s), found(*even(1.0)), s)
+    vol = replace(vol, haste=vol.haste.after(event))
+    at, far = 1.0, 0.2
+    for cut, cut_distance in zip(light, distance, strict=True):
+        vol = step(vol, found(*even(2.0)), s)
+        now, there = float(s_map(vol, s)[0, 0, 0, 0]), float(d_map(vol, s)[0, 0, 0, 0])
+        assert (2 - now) / (2 - at) == pytest.approx(0.8 * cut, abs=2e-3)
+        assert (0.4 - there) / (0.4 - far) == pytest.approx(0.8 * cut_distance, abs=2e-3)
+        at, far = now, there
+
+
+def test_events_that_overlap_and_those_that_there_are_not():
+    small_one = Haste.none().after("small light").passing()
+    both = small_one.after("large light").passing()
+    assert (float(both.light_cut[0]), int(both.light_left[0])) == (0.5, 9)
+    again = both.after("small light")
+    assert (float(again.light_cut[0]), int(again.light_left[0])) == (0.5, 9)
+    with pytest.raises(SettingsError, match="no scene event 'flood': there are small light"):
+        Haste.none().after("flood")
 
 
 def test_hysteresis_without_warm_up():

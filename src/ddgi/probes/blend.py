@@ -16,7 +16,7 @@ from annotated_types import Ge, Interval
 from typing_extensions import Doc
 
 from ddgi import sampling
-from ddgi.extrema import at_least, at_most
+from ddgi.extrema import at_least, at_most, largest
 from ddgi.probes import formats, query, volume
 from ddgi.probes.awake import SLEEPING
 from ddgi.probes.directions import picked
@@ -59,6 +59,20 @@ class Settings:
             "updates in which hysteresis rises from 0 to its value, as their logarithm (CTU 6.1); 0: as a running mean's, or at once"
         ),
     ] = 0
+    thresholds: Annotated[
+        bool,
+        Doc(
+            "irradiance texels whose light changes much forget faster: small_change, large_change (SCALE 4.3)"
+        ),
+    ] = False
+    small_change: Annotated[
+        float,
+        Interval(ge=0, le=1),
+        Doc("change of a texel, over the larger of old and new, above which its hysteresis falls by 0.15"),
+    ] = 0.25
+    large_change: Annotated[float, Interval(ge=0, le=1), Doc("likewise, above which nothing old is kept")] = (
+        0.8
+    )
     gamma: Annotated[
         float,
         Interval(ge=1, le=16),
@@ -98,7 +112,7 @@ def blend(
     if layout.radiance_size:
         maps["radiance"] = _blend_radiance(vol, found, points, time, layout, s)
     states = vol.states.updated() if vol.states is not None else None
-    return replace(vol, **maps, age=_older(vol, s), states=states)
+    return replace(vol, **maps, age=_older(vol, s), states=states, haste=vol.haste.passing())
 
 
 def _older(vol: ProbeVolume, s: Settings) -> mi.UInt32:
@@ -172,10 +186,28 @@ def _blend_irradiance(vol, found, points, time, layout, s, q):
     old = texels.before(fmt, vol.irradiance)
     # Blend S^(1/gamma); the map holds S^k.
     k = query.lookup_exponent(q)
-    alpha = hysteresis(texels.age, s)
-    mixed = dr.lerp(_power(mean, 1 / s.gamma), _power(old, 1 / (s.gamma * k)), alpha)
+    alpha = vol.haste.light_kept(hysteresis(texels.age, s))
+    new, before = _power(mean, 1 / s.gamma), _power(old, 1 / (s.gamma * k))
+    if s.thresholds:
+        alpha = _where_little_changes(alpha, new, before, s)
+    mixed = dr.lerp(new, before, alpha)
     value = _power(mixed, s.gamma * k)
     return texels.stored(fmt, vol.irradiance, value, _dither(fmt, 16, time, texels, 0))
+
+
+def _where_little_changes(alpha: mi.Float, new: mi.Color3f, old: mi.Color3f, s: Settings) -> mi.Float:
+    """Hysteresis of texels, lower where their light changes much (SCALE 4.3).
+
+    Listing 3 takes the largest component of new - old, which overlooks light that falls, and compares it with fixed
+    numbers; the text has shares "of maximum value". So: the largest absolute component, over the largest of both.
+    """
+    change = largest(dr.abs(new - old)) / at_least(dr.maximum(largest(new), largest(old)), 1e-12)
+    alpha = dr.select(change > s.small_change, at_least(alpha - LOWERED, 0), alpha)
+    return dr.select(change > s.large_change, 0, alpha)
+
+
+LOWERED = 0.15
+"""By how much hysteresis falls at a small change (SCALE 4.3)."""
 
 
 def _blend_radiance(vol, found, points, time, layout, s):
@@ -188,7 +220,8 @@ def _blend_radiance(vol, found, points, time, layout, s):
     mean = _mean_radiance(vol, found, points, weights, sharpness, texels)
     old = texels.before(fmt, vol.radiance)
     seen = dr.gather(mi.Float, dr.sum(weights, axis=1).array, texels.source) > SMALLEST_WEIGHT
-    mixed = dr.select(seen, dr.lerp(mean, old, hysteresis(texels.age, s)), old)
+    alpha = vol.haste.light_kept(hysteresis(texels.age, s))
+    mixed = dr.select(seen, dr.lerp(mean, old, alpha), old)
     mixed = at_least(mixed, 0)  # few samples of what is near may take away more than there is
     return texels.stored(fmt, vol.radiance, mixed, _dither(fmt, 16, time, texels, 2))
 
@@ -228,7 +261,8 @@ def _blend_distance(vol, found, time, layout, s):
     old = texels.before(fmt, vol.distance)
     # A texel that no ray came near keeps its old value; with none, nothing is near.
     nothing = dr.select(texels.age == 0, mi.Vector2f(1), old)
-    moments = dr.select(weight > SMALLEST_WEIGHT, dr.lerp(new, old, hysteresis(texels.age, s)), nothing)
+    alpha = vol.haste.distance_kept(hysteresis(texels.age, s))
+    moments = dr.select(weight > SMALLEST_WEIGHT, dr.lerp(new, old, alpha), nothing)
     return texels.stored(fmt, vol.distance, moments, _dither(fmt, 8, time, texels, 1))
 
 

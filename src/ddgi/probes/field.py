@@ -16,6 +16,7 @@ from ddgi.box import Box, around, moved
 from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, region, relocation, sight, states, volume, walls
 from ddgi.probes.awake import NAMES, VIGILANT
+from ddgi.probes.haste import Event
 from ddgi.probes.volume import ProbeVolume
 from ddgi.trace.tracer import Tracer
 
@@ -122,6 +123,19 @@ class IrradianceField:
         """
         seen = region.look(scene.still_tracer, scene.cameras)
         return replace(self, volumes=[_placed(vol, scene, seen, settings) for vol in self.volumes])
+
+    def after(self, event: Event) -> IrradianceField:
+        """The field that knows of a change of the scene, and keeps less of what it has in the next updates (SCALE 4.3).
+
+        Args:
+            event: "small light", such as a flashlight switched on: 15 % less of old light for 4 updates; "large light",
+                such as a jump in the time of day: 50 % less for 10; "large object", such as a ceiling that caves in:
+                the same, and 50 % less of old distances for 7.
+
+        Raises:
+            SettingsError: There is no such event.
+        """
+        return replace(self, volumes=[replace(v, haste=v.haste.after(event)) for v in self.volumes])
 
     def reset(self) -> IrradianceField:
         """The same field warming up again: after a change too large for hysteresis to follow.

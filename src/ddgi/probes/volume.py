@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
 
 import drjit as dr
@@ -16,6 +16,7 @@ from ddgi.own_memory import own_numbers
 from ddgi.probes import formats
 from ddgi.probes.awake import SLEEPING, Awake, States
 from ddgi.probes.grid import ProbeGrid
+from ddgi.probes.haste import Haste
 from ddgi.probes.texel_fit import TexelFit, texel_fit
 from ddgi.settings_group import settings_group
 
@@ -66,6 +67,7 @@ class ProbeVolume:
         None  # (cells,) which probes of a cell see one another (`sight.py`); None: not known
     )
     states: States | None = None  # what the probes are doing; None: all are updated
+    haste: Haste = field(default_factory=Haste.none)  # after scene events
     exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
 
     @property
