@@ -104,7 +104,13 @@ PICTURE = {
     "tone.curve": ("linear", {}),
 }
 # Shown by tests of their own, below.
-ELSEWHERE = {"grid.memory_limit", "picture.layers", "relocation.rejects"}
+ELSEWHERE = {
+    "grid.memory_limit",
+    "picture.layers",
+    "relocation.rejects",
+    "blend.watch",
+    "blend.watch_deviations",
+}
 
 
 def every_field():

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import drjit as dr
+import mitsuba as mi
 import numpy as np
 
 from ddgi.errors import SceneError
@@ -32,6 +34,8 @@ FULL_BOUNCES = 40
 """Least number of first updates that keep nothing old: what 40 bounces leave out is nothing."""
 MEASURED = 50
 """The last frames of them, whose mean is the steady level."""
+AGED = 1 << 20
+"""Updates after which the running mean is longer than any hysteresis remembers."""
 LIMIT = 600
 """Frames after which a step counts as never covered."""
 LEAST_SHARE = 1e-3
@@ -155,8 +159,7 @@ def _follow(
 ) -> Response:
     """Light the field of one scene with the lights of the other until it has followed."""
     watch.phase(f"switching the light {state}", limit)
-    s = replace(s, blend=replace(s.blend, warm_up=0))  # over for any hysteresis
-    field, curve = before.field, [float(before.levels[-1])]
+    field, curve = _old(before.field), [float(before.levels[-1])]
     for tick in range(CONVERGE, CONVERGE + limit):
         field, picture = _frame(after.scene, field, tick, s)
         curve.append(_level(picture))
@@ -164,6 +167,13 @@ def _follow(
         if (frames := frames_to_cover(np.array(curve), after.level)) is not None:
             return Response(frames, tuple(curve))
     return Response(None, tuple(curve))
+
+
+def _old(field: IrradianceField) -> IrradianceField:
+    """The field whose warm-up is over for any hysteresis."""
+    age = lambda vol: dr.opaque(mi.UInt32, AGED, vol.grid.size)  # noqa: E731
+    volumes = [replace(v, age=age(v), change=replace(v.change, settled=age(v))) for v in field.volumes]
+    return replace(field, volumes=volumes)
 
 
 def _frame(

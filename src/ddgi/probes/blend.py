@@ -12,17 +12,20 @@ from typing import Annotated, Literal
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 from annotated_types import Ge, Interval
 from typing_extensions import Doc
 
 from ddgi import sampling
 from ddgi.extrema import at_least, at_most, largest
+from ddgi.luminance import LUMINANCE
 from ddgi.probes import formats, query, volume
 from ddgi.probes.awake import SLEEPING
+from ddgi.probes.change import LOBES, Change
 from ddgi.probes.directions import picked
 from ddgi.probes.gather import Gathered
 from ddgi.probes.lamplit import LamplitPoints
-from ddgi.probes.octahedral import bordered, interior, texel_direction
+from ddgi.probes.octahedral import bordered, direction_to_square, interior, texel_direction
 from ddgi.probes.texel_fit import TexelFit
 from ddgi.probes.volume import ProbeVolume
 from ddgi.sampling import Clock, uniform_2d
@@ -59,6 +62,15 @@ class Settings:
             "updates in which hysteresis rises from 0 to its value, as their logarithm (CTU 6.1); 0: as a running mean's, or at once"
         ),
     ] = 0
+    watch: Annotated[
+        bool,
+        Doc(
+            "probes whose light lies off what they hold, beyond its scatter and three times running, warm up again"
+        ),
+    ] = False
+    watch_deviations: Annotated[
+        float, Interval(ge=0, le=100), Doc("of its scatter, beyond which light counts as changed")
+    ] = 4.0
     thresholds: Annotated[
         bool,
         Doc(
@@ -105,14 +117,19 @@ def blend(
     q: query.Settings,
 ) -> ProbeVolume:
     """The volume after one update of the probes that are awake; the others keep what they have."""
+    sums = _irradiance_sums(vol, found, points, layout, s)
+    change, light_age = vol.change, None
+    if s.watch:
+        change, light_age = _watched(vol, sums, layout, s)
     maps = {
-        "irradiance": _blend_irradiance(vol, found, points, time, layout, s, q),
+        "irradiance": _blend_irradiance(vol, sums, light_age, time, layout, s, q),
         "distance": _blend_distance(vol, found, time, layout, s),
     }
     if layout.radiance_size:
-        maps["radiance"] = _blend_radiance(vol, found, points, time, layout, s)
+        maps["radiance"] = _blend_radiance(vol, found, points, light_age, time, layout, s)
     states = vol.states.updated() if vol.states is not None else None
-    return replace(vol, **maps, age=_older(vol, s), states=states, haste=vol.haste.passing())
+    age, haste = _older(vol, s), vol.haste.passing()
+    return replace(vol, **maps, age=age, states=states, haste=haste, change=change)
 
 
 def _older(vol: ProbeVolume, s: Settings) -> mi.UInt32:
@@ -152,17 +169,16 @@ class _Texels:
     age: mi.UInt32  # of the probe
 
     @staticmethod
-    def of(vol: ProbeVolume, size: int) -> _Texels:
-        """Those of maps with size^2 interior texels."""
+    def of(vol: ProbeVolume, size: int, age: mi.UInt32 | None = None) -> _Texels:
+        """Those of maps with size^2 interior texels. age: (A,) of the awake probes, if it is not that of all their maps."""
         area = (size + 2) ** 2
         lane = dr.arange(mi.UInt32, vol.awake.count * area)
         place = lane // area
         within = lane - place * area
         probe, source = vol.awake.probe(place), interior(within, size)
         new = None if vol.awake.numbers is None else probe * area + within
-        return _Texels(
-            place, source, probe * area + bordered(source, size), new, dr.gather(mi.UInt32, vol.age, probe)
-        )
+        own = dr.gather(mi.UInt32, vol.age, probe) if age is None else dr.gather(mi.UInt32, age, place)
+        return _Texels(place, source, probe * area + bordered(source, size), new, own)
 
     def before(self, fmt: formats.Format, store):
         """What they held before the update."""
@@ -177,12 +193,33 @@ class _Texels:
         return kept
 
 
-def _blend_irradiance(vol, found, points, time, layout, s, q):
+def _irradiance_sums(vol, found, points, layout, s) -> mi.Float:
+    weights = _weights(layout.irradiance_size, found.directions, 1)
+    return _mean_radiance(vol, found, points, weights, 1, vol.texel_fit if s.fit_texels else None)
+
+
+def _watched(vol, sums, layout, s) -> tuple[Change, mi.UInt32]:
+    """What is known of how light scatters after this update, and the age of each awake probe's light. (A,)."""
+    size = layout.irradiance_size
+    place = dr.arange(mi.UInt32, vol.awake.count)
+    light = []
+    for lobe in LOBES:
+        square = np.ravel(direction_to_square(mi.Vector3f(*lobe)))
+        x, y = (min(int((u + 1) / 2 * size), size - 1) for u in square)
+        light.append(_luminance(at_least(_picked(sums, place, mi.UInt32(y * size + x), size), 0)))
+    return vol.change.after(vol.awake.probe(place), light, s.warm_up, s.watch_deviations)
+
+
+def _luminance(light: mi.Color3f) -> mi.Float:
+    return sum(float(w) * c for w, c in zip(LUMINANCE, light, strict=True))
+
+
+def _blend_irradiance(vol, sums, light_age, time, layout, s, q):
     size, fmt = layout.irradiance_size, formats.IRRADIANCE[layout.irradiance_format]
-    weights = _weights(size, found.directions, 1)
-    texels = _Texels.of(vol, size)
-    mean = _mean_radiance(vol, found, points, weights, 1, texels, vol.texel_fit if s.fit_texels else None)
-    mean = at_least(mean, 0)  # fitted weights go a little below zero
+    texels = _Texels.of(vol, size, light_age)
+    mean = at_least(
+        _picked(sums, texels.place, texels.source, size), 0
+    )  # fitted weights go a little below zero
     old = texels.before(fmt, vol.irradiance)
     # Blend S^(1/gamma); the map holds S^k.
     k = query.lookup_exponent(q)
@@ -210,14 +247,15 @@ LOWERED = 0.15
 """By how much hysteresis falls at a small change (SCALE 4.3)."""
 
 
-def _blend_radiance(vol, found, points, time, layout, s):
+def _blend_radiance(vol, found, points, light_age, time, layout, s):
     """Radiance as it arrives, in lobes as wide as a texel: a mean that nothing bends."""
     size, fmt = layout.radiance_size, formats.IRRADIANCE[layout.irradiance_format]
     # A lobe cos^n has 2 pi / (n + 1) of solid angle, a texel 4 pi / size^2.
     sharpness = max(1.0, size * size / 2 - 1)
     weights = _weights(size, found.directions, sharpness)
-    texels = _Texels.of(vol, size)
-    mean = _mean_radiance(vol, found, points, weights, sharpness, texels)
+    texels = _Texels.of(vol, size, light_age)
+    sums = _mean_radiance(vol, found, points, weights, sharpness)
+    mean = _picked(sums, texels.place, texels.source, size)
     old = texels.before(fmt, vol.radiance)
     seen = dr.gather(mi.Float, dr.sum(weights, axis=1).array, texels.source) > SMALLEST_WEIGHT
     alpha = vol.haste.light_kept(hysteresis(texels.age, s))
@@ -226,10 +264,8 @@ def _blend_radiance(vol, found, points, time, layout, s):
     return texels.stored(fmt, vol.radiance, mixed, _dither(fmt, 16, time, texels, 2))
 
 
-def _mean_radiance(
-    vol, found, points, weights, sharpness, texels: _Texels, fit: TexelFit | None = None
-) -> mi.Color3f:
-    """Weighted means of what rays and points brought, for the texels of bordered maps. (A (size + 2)^2,)."""
+def _mean_radiance(vol, found, points, weights, sharpness, fit: TexelFit | None = None) -> mi.Float:
+    """Weighted means of what rays and points brought, texel by texel of each awake probe. Flat, (A, 3, texels)."""
     probes, count = vol.awake.count, weights.shape[0]
     size = math.isqrt(count)
     weight = at_least(dr.sum(weights, axis=1), SMALLEST_WEIGHT)
@@ -241,9 +277,12 @@ def _mean_radiance(
         even = 2 * (sharpness + 1) / weights.shape[1]
         more = mi.TensorXf(points.weighted_sums(size, sharpness) * even, (3 * probes, count))
         sums = sums + (fit.apply_to_maps(more) if fit else more).array
-    return mi.Color3f(
-        [dr.gather(mi.Float, sums, (texels.place * 3 + c) * count + texels.source) for c in range(3)]
-    )
+    return sums
+
+
+def _picked(sums: mi.Float, place: mi.UInt32, texel: mi.UInt32, size: int) -> mi.Color3f:
+    """Means of texels of a map with size^2, of awake probes by their place in the list. (N,)."""
+    return mi.Color3f([dr.gather(mi.Float, sums, (place * 3 + c) * size * size + texel) for c in range(3)])
 
 
 def _blend_distance(vol, found, time, layout, s):

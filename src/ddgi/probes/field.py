@@ -16,6 +16,7 @@ from ddgi.box import Box, around, moved
 from ddgi.errors import SettingsError
 from ddgi.probes import formats, grid, query, region, relocation, sight, states, volume, walls
 from ddgi.probes.awake import NAMES, VIGILANT
+from ddgi.probes.change import Change
 from ddgi.probes.haste import Event
 from ddgi.probes.volume import ProbeVolume
 from ddgi.trace.tracer import Tracer
@@ -142,9 +143,11 @@ class IrradianceField:
 
         Old light stays visible until the first update replaces it.
         """
-        return replace(
-            self, volumes=[replace(v, age=dr.opaque(mi.UInt32, 0, v.grid.size)) for v in self.volumes]
-        )
+        volumes = [
+            replace(v, age=dr.opaque(mi.UInt32, 0, v.grid.size), change=Change.none(v.grid.size))
+            for v in self.volumes
+        ]
+        return replace(self, volumes=volumes)
 
 
 def _covering(box: Box, things: Sequence[Box], budget: int) -> Box:

@@ -15,6 +15,7 @@ from ddgi.errors import SettingsError
 from ddgi.own_memory import own_numbers
 from ddgi.probes import formats
 from ddgi.probes.awake import SLEEPING, Awake, States
+from ddgi.probes.change import Change
 from ddgi.probes.grid import ProbeGrid
 from ddgi.probes.haste import Haste
 from ddgi.probes.texel_fit import TexelFit, texel_fit
@@ -68,6 +69,7 @@ class ProbeVolume:
     )
     states: States | None = None  # what the probes are doing; None: all are updated
     haste: Haste = field(default_factory=Haste.none)  # after scene events
+    change: Change = field(default_factory=Change.unknown)  # what is known of how light scatters
     exponent: float | None = None  # the irradiance map holds S to this power (`query.lookup_exponent`)
 
     @property
@@ -81,7 +83,9 @@ class ProbeVolume:
         which: (P,) bool. warm_up: Updates before means begin (`blend.warm_up`): that is where they start.
         """
         age = np.array(self.age).astype(int)
-        return replace(self, age=own_numbers(np.where(which, min(age.max(), max(warm_up - 1, 0)), age)))
+        start = min(age.max(), max(warm_up - 1, 0))
+        change = self.change.renewed(which, start)
+        return replace(self, age=own_numbers(np.where(which, start, age)), change=change)
 
     def reach(self, s: Settings) -> mi.Float:
         """The longest distance kept [m], (1,): the unit of the distance map."""
@@ -128,4 +132,5 @@ def allocate(layout: ProbeGrid, s: Settings, rays_per_probe: int, budget_mb: flo
         dr.opaque(mi.UInt32, 0, layout.size),
         texel_fit(s.irradiance_size),
         made_for=repr(s),
+        change=Change.none(layout.size),
     )
