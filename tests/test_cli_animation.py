@@ -73,6 +73,42 @@ def test_pictures_show_one_moment_after_another(run, tmp_path, file):
     assert not list(tmp_path.glob("*unfinished*"))
 
 
+def test_a_moment_is_a_picture_of_its_own(run, tmp_path, file):
+    places = []
+    for time in ("0", "0.5", "1"):
+        code, _, err = run("render", str(file), "--time", time, *QUICK, *LOOK, "-o", str(tmp_path / "a.png"))
+        assert code == 0, err
+        places.append(middle(tmp_path / "a.png"))
+    assert np.all(np.diff(places) > 0.05)
+
+
+@pytest.mark.slow
+def test_a_moment_is_held_against_its_own_reference(run, tmp_path, file, monkeypatch):
+    """At rest and moved: each is like the path tracer's picture of it, and those are not alike."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    found = []
+    for time in ("0", "1"):
+        options = [
+            "--time",
+            time,
+            "--no-rivals",
+            "--seconds",
+            "1",
+            "--size",
+            "48x32",
+            "--frames",
+            "24",
+            "--sky",
+            "1,1,1",
+        ]
+        code, out, err = run(
+            "compare", str(file), *LOOK, *options, "-o", str(tmp_path / f"{time}.png"), "--json", "-"
+        )
+        assert code == 0, err
+        found.append(json.loads(out)["configurations"]["default"]["flip_mean"])
+    assert max(found) < 0.1
+
+
 def test_part_of_an_animation(run, tmp_path, file):
     options = ["--animation", "0", "--fps", "10", "--start", "0.5", "--duration", "0.2"]
     code, _, err = run("render", str(file), *QUICK, *LOOK, "-o", str(tmp_path / "a.png"), *options)
@@ -149,6 +185,9 @@ def test_another_request_begins_anew(run, tmp_path, file):
         (["--animation", "slide", "--turntable", "3"], 2, "--turntable or --animation, not both"),
         (["--animation", "slide", "-o", "b.png"], 2, "one --output"),
         (["--animation", "slide", "--fps", "0"], 2, "fps"),
+        (["--animation", "slide", "--time", "1"], 2, "--start instead of --time"),
+        (["--time", "1", "--clip", "fly"], 1, "no animation 'fly'"),
+        (["--time", "soon"], 2, "soon"),
     ],
 )
 def test_what_cannot_be_played(run, tmp_path, file, options, code, message):

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import click
 
 from ddgi.cli.request import SceneRequest, SettingsRequest
-from ddgi.cli.values import Ceiling, Numbers, Size, Sky, SpotLight, Up
+from ddgi.cli.values import Ceiling, Finite, Numbers, Size, Sky, SpotLight, Up
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 Option = Callable[[Any], Any]
@@ -29,6 +29,8 @@ SCENE_OPTIONS: tuple[Option, ...] = (
     click.option("--spot", type=SpotLight(), multiple=True, help="Add a spot light: from, to [m], intensity [W/sr], cutoff [deg]; repeatable."),
     click.option("--ceiling", type=Ceiling(), help="Add a ceiling: the height of its lower face [m], or the top of the walls."),
     click.option("--clear", metavar="NAME", multiple=True, help="Light passes what is made of this material, or is called so, as if it were not there; repeatable."),
+    click.option("--time", type=Finite(), metavar="SECONDS", help="Show this moment of an animation of the file, not the file at rest."),
+    click.option("--clip", metavar="NAME", help="Of which animation, by name or number; the first by default."),
     click.option("--materials", type=click.Choice(["full", "diffuse"]), default="full", show_default=True, help="As the scene has them, or every surface diffuse and no glass."),
 )  # fmt: skip
 """Named like the fields of `SceneRequest`."""

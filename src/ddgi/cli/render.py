@@ -82,6 +82,10 @@ def render(
     if animation is not None:
         if turntable is not None:
             raise click.UsageError("--turntable or --animation, not both")
+        if scene_request.time is not None or scene_request.clip is not None:
+            raise click.UsageError(
+                "--animation plays moments itself: --start instead of --time, and its name after --animation"
+            )
         if len(outputs) > 1:
             raise click.UsageError("an animation goes to one --output")
         asked = Asked(animation or None, fps, start, duration, frames or FRAMES)

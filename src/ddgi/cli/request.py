@@ -30,6 +30,8 @@ class SceneRequest:
     ceiling: float | Literal["auto"] | None = None
     clear: tuple[str, ...] = ()
     materials: str = "full"
+    time: float | None = None  # [s]
+    clip: str | None = None
 
     def open(self, source: str) -> Scene:
         """Load a scene as asked for."""
@@ -52,6 +54,8 @@ class SceneRequest:
             clear=self.clear,
             materials=self.materials,
         )
+        if self.time is not None or self.clip is not None:
+            scene = scene.at(self.time or 0.0, self.clip)
         if self.near is not None:
             scene = replace(scene, cameras=tuple(with_near(c, self.near) for c in scene.cameras))
         return scene

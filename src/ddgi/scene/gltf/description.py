@@ -85,7 +85,7 @@ def _described(container: Container, notes: Notes) -> Described:
     _note_geometry(builder, notes)
     if clips:
         notes.add(
-            f"{len(clips)} animation(s): a still shows the file at rest, `ddgi render --animation` plays them"
+            f"{len(clips)} animation(s): shown at rest, unless a moment is asked for (--time; `ddgi render --animation` plays them)"
         )
     description = {
         "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
