@@ -40,6 +40,10 @@ BUILT_IN: dict[str, BuiltIn] = {
         _built_in(
             "ceiling-hole", "ceiling_hole", "room lit through its ceiling, a corner in shadow (CTU 7.3)"
         ),
+        _built_in(
+            "ceiling-caves-in", "ceiling_caves_in", "that room, its ceiling shut until a slab falls out of it"
+        ),
+        _built_in("flashlight", "flashlight", "two dark rooms, and a flashlight that looks around in them"),
         _built_in("room-with-door", "room_with_door", "closed rooms and a small door (leak test, CTU 7.1)"),
         _built_in("dragon-box", "dragon_box", "white box lit by what bounces off a red dragon (BLOG)"),
         _built_in("statue-box", "statue_box", "statue lit by an orange and a cyan wall alone (BLOG)"),

@@ -9,9 +9,9 @@ from ddgi.scene.library.blueprint import Blueprint
 from ddgi.scene.library.courtyard import courtyard
 from ddgi.scene.library.geometry import Array, Triangles
 from ddgi.scene.library.ingredients import diffuse
+from ddgi.scene.library.moving import Carried, rig
 from ddgi.scene.library.tumbling import Yard, tumble
 from ddgi.scene.mesh_keys import mesh
-from ddgi.scene.rig import Channel, Clip, Rig, RigNode
 
 RADIUS = 0.3
 SECONDS, RATE = 8.0, 60.0
@@ -39,7 +39,7 @@ def beach_balls(balls: int = 100, seed: int = 7) -> Blueprint:
     """
     court = courtyard()
     places, turns = tumble(YARD, _start(balls, seed), RADIUS, SECONDS, RATE, seed)
-    description, nodes, channels = dict(court.description), [], []
+    description, carried = dict(court.description), []
     times = np.arange(len(places)) / RATE
     for number in range(balls):
         # White panels and coloured ones are shapes of their own, which move alike.
@@ -49,11 +49,8 @@ def beach_balls(balls: int = 100, seed: int = 7) -> Blueprint:
             description[name] = mesh(
                 name, part.positions, part.faces, bsdf=diffuse(*color), normals=part.normals
             )
-        nodes.append(_node(f"ball-{number}", places[0, number], names))
-        for path, values in (("translation", places[:, number]), ("rotation", turns[:, number])):
-            channels.append(Channel(number, path, "LINEAR", times, values))
-    rig = Rig(tuple(nodes), clips=(Clip("tumble", tuple(channels)),))
-    return Blueprint(description, court.box, rig)
+        carried.append(Carried(f"ball-{number}", times, places[:, number], turns[:, number], shapes=names))
+    return Blueprint(description, court.box, rig("tumble", carried))
 
 
 def _start(balls: int, seed: int) -> Array:
@@ -69,13 +66,6 @@ def _start(balls: int, seed: int) -> Array:
     places = np.concatenate([layer + np.array([0, 2.5 + 1.6 * k, 0]) for k in range(layers)])
     picked = rng.permutation(len(places))[:balls]
     return places[picked] + rng.uniform(-0.15, 0.15, (balls, 3))
-
-
-def _node(name: str, place: Array, shapes: tuple[str, ...]) -> RigNode:
-    local = np.eye(4)
-    local[:3, 3] = place
-    still = np.array([0.0, 0.0, 0.0, 1.0])
-    return RigNode(name, None, (), local, place, still, np.ones(3), None, (), shapes, None, None)
 
 
 def _panels(parity: int) -> Triangles:

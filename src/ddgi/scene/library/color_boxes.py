@@ -11,12 +11,15 @@ from typing import Any
 from ddgi.scene.library import geometry
 from ddgi.scene.library.blueprint import Blueprint, Point
 from ddgi.scene.library.ingredients import camera, diffuse, front_camera, spot
+from ddgi.scene.library.moving import Carried, rig
 from ddgi.scene.mesh_keys import mesh
 
 LOW: Point = (-2.0, 0.0, -1.5)
 HIGH: Point = (2.0, 2.4, 1.5)
 """Corners of the air in the box [m]."""
 
+TRAVEL = 1.6
+"""How far the spotlight goes in its animation, from one object to the other [m]."""
 _REACH = 1.8  # how far along x the spotlight may travel [m]
 
 
@@ -45,7 +48,10 @@ def color_boxes(spot_x: float = -0.5, wall: float = 0.2, intensity: float = 30.0
     }
     for name, (shape, bsdf) in solids.items():
         description[name] = mesh(name, shape.positions, shape.faces, bsdf=bsdf, normals=shape.normals)
-    return Blueprint(description, (LOW, HIGH))
+    there = spot_x + (TRAVEL if spot_x < 0 else -TRAVEL)
+    places = [(x, 2.25, 1.3) for x in (spot_x, there, spot_x)]
+    sweep = Carried("spot", (0.0, 2.0, 4.0), places, light="spot")
+    return Blueprint(description, (LOW, HIGH), rig("sweep", [sweep]))
 
 
 def _tower() -> geometry.Triangles:
