@@ -161,6 +161,7 @@ def test_the_camera_of_a_pixel_looks_through_it(scene):
     )
 
 
+@pytest.mark.slow
 def test_on_an_edge_the_reference_is_of_the_point_that_is_explained():
     """A floor of black and white squares finer than a pixel: dividing the pixel's mean by a square's colour would blame bounces."""
     squares = {

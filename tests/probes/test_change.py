@@ -71,6 +71,7 @@ def test_small_changes_are_left_to_the_hysteresis():
     assert watched(light) == []
 
 
+@pytest.mark.slow
 def test_a_field_follows_a_switch_about_as_fast_as_one_that_keeps_nothing():
     """Frames until the mean of a closed room's maps has covered 90 % of the way, both ways."""
     lit = room(diffuse(0.5)) | {"bulb": {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)}}

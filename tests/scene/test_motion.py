@@ -178,6 +178,7 @@ def test_the_path_tracer_sees_the_same(name):
     assert np.abs(ours - theirs).mean() < 0.01 * theirs.mean()
 
 
+@pytest.mark.slow
 def test_the_path_tracer_sees_built_in_things_move():
     """Their meshes come as objects: the same moved, and handed over moved."""
     move = turned([0, 1, 0], 30, [0.1, 0.3, 0])
@@ -195,6 +196,7 @@ def test_the_path_tracer_sees_built_in_things_move():
     assert np.abs(direct - still).mean() > 0.3 * lit
 
 
+@pytest.mark.slow
 def test_the_lamp_that_moves_lights_what_is_below_it():
     """Sampled light of a moving area lamp, field and all, against a scene built with the lamp there."""
     s = RenderSettings.preset("default")
@@ -210,6 +212,7 @@ def test_the_lamp_that_moves_lights_what_is_below_it():
     assert np.abs(ours - theirs).mean() < 0.06 * theirs.mean()
 
 
+@pytest.mark.slow
 def test_nothing_is_recorded_anew_while_things_move():
     s = RenderSettings.preset("default")
     scene = moving()

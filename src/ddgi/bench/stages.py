@@ -82,7 +82,9 @@ def time_stages(scene: Scene, steady: Steady, s: RenderSettings) -> Stopwatch:
             vol, found, points, time, s.volume, s.blend, s.query,
         )  # fmt: skip
         if s.volume.radiance_size:
-            watch("blend radiance", blending._blend_radiance, vol, found, points, time, s.volume, s.blend)
+            watch(
+                "blend radiance", blending._blend_radiance, vol, found, points, None, time, s.volume, s.blend
+            )
         watch("blend distance", blending._blend_distance, vol, found, time, s.volume, s.blend)
     surface = watch("camera rays", gbuffer, tracer, scene.camera, time, s.gbuffer)
     ambient = watch(

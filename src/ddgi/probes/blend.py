@@ -117,12 +117,9 @@ def blend(
     q: query.Settings,
 ) -> ProbeVolume:
     """The volume after one update of the probes that are awake; the others keep what they have."""
-    sums = _irradiance_sums(vol, found, points, layout, s)
-    change, light_age = vol.change, None
-    if s.watch:
-        change, light_age = _watched(vol, sums, layout, s)
+    irradiance, change, light_age = _blend_irradiance(vol, found, points, time, layout, s, q)
     maps = {
-        "irradiance": _blend_irradiance(vol, sums, light_age, time, layout, s, q),
+        "irradiance": irradiance,
         "distance": _blend_distance(vol, found, time, layout, s),
     }
     if layout.radiance_size:
@@ -193,9 +190,27 @@ class _Texels:
         return kept
 
 
-def _irradiance_sums(vol, found, points, layout, s) -> mi.Float:
-    weights = _weights(layout.irradiance_size, found.directions, 1)
-    return _mean_radiance(vol, found, points, weights, 1, vol.texel_fit if s.fit_texels else None)
+def _blend_irradiance(vol, found, points, time, layout, s, q):
+    """The map; what is known of how light scatters, and the age of each awake probe's light if that has one of its own."""
+    size, fmt = layout.irradiance_size, formats.IRRADIANCE[layout.irradiance_format]
+    weights = _weights(size, found.directions, 1)
+    sums = _mean_radiance(vol, found, points, weights, 1, vol.texel_fit if s.fit_texels else None)
+    change, light_age = _watched(vol, sums, layout, s) if s.watch else (vol.change, None)
+    texels = _Texels.of(vol, size, light_age)
+    mean = at_least(
+        _picked(sums, texels.place, texels.source, size), 0
+    )  # fitted weights go a little below zero
+    old = texels.before(fmt, vol.irradiance)
+    # Blend S^(1/gamma); the map holds S^k.
+    k = query.lookup_exponent(q)
+    alpha = vol.haste.light_kept(hysteresis(texels.age, s))
+    new, before = _power(mean, 1 / s.gamma), _power(old, 1 / (s.gamma * k))
+    if s.thresholds:
+        alpha = _where_little_changes(alpha, new, before, s)
+    mixed = dr.lerp(new, before, alpha)
+    value = _power(mixed, s.gamma * k)
+    stored = texels.stored(fmt, vol.irradiance, value, _dither(fmt, 16, time, texels, 0))
+    return stored, change, light_age
 
 
 def _watched(vol, sums, layout, s) -> tuple[Change, mi.UInt32]:
@@ -212,24 +227,6 @@ def _watched(vol, sums, layout, s) -> tuple[Change, mi.UInt32]:
 
 def _luminance(light: mi.Color3f) -> mi.Float:
     return sum(float(w) * c for w, c in zip(LUMINANCE, light, strict=True))
-
-
-def _blend_irradiance(vol, sums, light_age, time, layout, s, q):
-    size, fmt = layout.irradiance_size, formats.IRRADIANCE[layout.irradiance_format]
-    texels = _Texels.of(vol, size, light_age)
-    mean = at_least(
-        _picked(sums, texels.place, texels.source, size), 0
-    )  # fitted weights go a little below zero
-    old = texels.before(fmt, vol.irradiance)
-    # Blend S^(1/gamma); the map holds S^k.
-    k = query.lookup_exponent(q)
-    alpha = vol.haste.light_kept(hysteresis(texels.age, s))
-    new, before = _power(mean, 1 / s.gamma), _power(old, 1 / (s.gamma * k))
-    if s.thresholds:
-        alpha = _where_little_changes(alpha, new, before, s)
-    mixed = dr.lerp(new, before, alpha)
-    value = _power(mixed, s.gamma * k)
-    return texels.stored(fmt, vol.irradiance, value, _dither(fmt, 16, time, texels, 0))
 
 
 def _where_little_changes(alpha: mi.Float, new: mi.Color3f, old: mi.Color3f, s: Settings) -> mi.Float:

@@ -246,14 +246,13 @@ class Scene:
 
     def _check_movable(self, name: str, kinds: tuple[str, ...]) -> None:
         stage = self.motion.stage if self.motion is not None else None
+        known = self.motion.nodes if self.motion is not None else {}  # the path tracer's scene has them too
         things = {
             "shape": stage.names if stage is not None else (),
-            "light": tuple(
-                light.name for light in self.named_lights if light.kind not in ("area", "environment")
-            ),
+            "light": tuple(light.name for light in self.named_lights if light.name in known),
             "camera": tuple(camera.name for camera in self.cameras),
         }
-        can = [thing for kind in kinds for thing in things[kind]]
+        can = list(dict.fromkeys(thing for kind in kinds for thing in things[kind]))
         if name in can:
             return
         if name in self.shapes:
