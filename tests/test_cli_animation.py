@@ -164,6 +164,13 @@ def test_a_run_that_stopped_goes_on(run, tmp_path, file, monkeypatch):
     assert "going on at picture 3 of 4" in err
     assert len(list(tmp_path.glob("a-*.png"))) == 4
     assert all(path.stat().st_mtime_ns == when for path, when in kept.items())
+    code, _, err = run(*arguments[:-1], str(tmp_path / "b.png"))
+    assert code == 0
+    assert "shown at rest" not in err
+    for stopped, whole in zip(
+        sorted(tmp_path.glob("a-*.png")), sorted(tmp_path.glob("b-*.png")), strict=True
+    ):
+        assert stopped.read_bytes() == whole.read_bytes(), "as if it had never stopped"
 
 
 def test_another_request_begins_anew(run, tmp_path, file):

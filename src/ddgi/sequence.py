@@ -14,6 +14,8 @@ from ddgi.settings import RenderSettings
 
 MOMENTS = 64
 """At which it is asked where things will be, at most."""
+REPLAYED = 512
+"""Updates before the first picture that are made again where some are skipped: what lies before them is forgotten."""
 SMOOTH = 32
 """Frames of which light of what is near, one random ray a pixel and frame, leaves no grain that flickers."""
 
@@ -26,7 +28,7 @@ def sequence(
     *,
     frames: int = 8,
     settle: int = 64,
-    tick: int = 0,
+    skip: int = 0,
     step: Callable[[], object] = lambda: None,
 ) -> Iterator[Frame]:
     """Render moments of an animation.
@@ -39,8 +41,9 @@ def sequence(
         frames: Of each moment, added up to its picture; the field is updated as often. With fewer than `SMOOTH`,
             pixels do without light of what is near (`contact.pixels`), whose grain would flicker.
         settle: Updates before the first, at that moment.
-        tick: Number of the first update, which says what random numbers it draws.
-        step: Called after each update before the first picture, and after each picture.
+        skip: Pictures that there are already; those after them are the same as without it, to the bit unless
+            more than `REPLAYED` updates lie before.
+        step: Called after each update before the first picture, after each moment that is skipped, and each picture.
 
     Raises:
         SceneError: Nothing in the scene is animated, or there is no such animation.
@@ -51,17 +54,24 @@ def sequence(
     now = scene.at(times[0], clip)
     passed = times[:: -(-len(times) // MOMENTS)]
     field = IrradianceField.fit(now, s, [box for time in passed for box in scene.at(time, clip).moving_boxes])
+    first = max(0, skip - -(-REPLAYED // frames))
+    tick, now = first * frames, scene.at(times[first], clip)
     for _ in range(settle):
         field = updated(now, field, tick, s)
         dr.eval(field)
         tick += 1
         step()
-    for time in times:
+    for number, time in enumerate(times[first:], first):
         now = scene.at(time, clip)
         frame = Frame.empty(now.camera, s)
         for _ in range(frames):
-            field, frame = render_frame(now, field, now.camera, tick, s, frame)
+            if number < skip:
+                field = updated(now, field, tick, s)
+                dr.eval(field)
+            else:
+                field, frame = render_frame(now, field, now.camera, tick, s, frame)
             tick += 1
         dr.eval(field, frame)
         step()
-        yield frame
+        if number >= skip:
+            yield frame

@@ -144,11 +144,11 @@ def animate(
     else:
         _begin(work, request)
     tone = settings.tone if exposure is None else replace(settings.tone, exposure=exposure)
-    left = times[done:]
+    left = len(times) - done
     if left:
-        progress.phase(f"rendering {scene.name}", SETTLE + len(left))
+        progress.phase(f"rendering {scene.name}", SETTLE + len(times))
     shown = sequence(
-        scene, settings, left, asked.clip, frames=asked.frames, settle=SETTLE, tick=done * asked.frames, step=progress.step
+        scene, settings, times, asked.clip, frames=asked.frames, settle=SETTLE, skip=done, step=progress.step
     )  # fmt: skip
     for picture, frame in zip(work.pictures[done:], shown if left else (), strict=True):
         if tone.exposure is None:
@@ -162,7 +162,14 @@ def animate(
     with suppress(OSError):
         work.note.unlink()
     names = [str(output)] if work.video else [str(p) for p in work.pictures]
-    return {"outputs": names, "pictures": len(times), "continued_at": done, "exposure": tone.exposure}
+    notes = list(scene.at(times[0], asked.clip).notes)
+    return {
+        "notes": notes,
+        "outputs": names,
+        "pictures": len(times),
+        "continued_at": done,
+        "exposure": tone.exposure,
+    }
 
 
 def _left_behind(work: Work, request: dict[str, Any]) -> tuple[int, float | None]:

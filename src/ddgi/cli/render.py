@@ -125,12 +125,12 @@ def _animate(
         say = lambda line: click.echo(f"ddgi: {line}", err=True)  # noqa: E731
         figures = animate(scene, settings, asked, output, described, progress, say)
     for line in (
-        *(f"note: {note}" for note in scene.notes),
+        *(f"note: {note}" for note in figures["notes"]),
         f"{scene.name}: {counted(figures['pictures'], 'picture')} -> {_files(figures['outputs'])}",
     ):
         click.echo(f"ddgi: {line}", err=True)
     if json_file is not None:
-        write_figures(json_file, {"scene": scene.name, "notes": list(scene.notes)} | figures)
+        write_figures(json_file, {"scene": scene.name} | figures)
 
 
 def _render(

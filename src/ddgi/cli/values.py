@@ -43,7 +43,11 @@ class Pixel(click.ParamType):
 
 
 class Finite(click.FloatRange):
-    """A finite number within bounds."""
+    """A finite number within bounds, if there are any."""
+
+    def _describe_range(self) -> str:
+        """For the help, which would make "x<=None" of no bounds."""
+        return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 # Remarks that `ddgi.survey` looks for.
 LIGHT_OPTIONS = "--sky, --sun, --env, --point or --spot"
+AT_REST = "shown at rest, unless a moment is asked for (--time; `ddgi render --animation` plays them)"
 NO_LIGHT = f"no light in the scene: a clear sky and its sun added, choose with {LIGHT_OPTIONS}"
 PICTURE_MISSING = "picture not found"
 MATERIALS_MISSING = "material file not found"

@@ -18,6 +18,7 @@ from ddgi.scene.camera import Camera
 from ddgi.scene.dimming import dim
 from ddgi.scene.motion import Motion, move_plugins, moved_cameras, moved_lights
 from ddgi.scene.named_lights import NamedLight, find_light
+from ddgi.scene.notes import AT_REST
 from ddgi.scene.play import find_clip
 from ddgi.scene.pose import Pose
 from ddgi.scene.rig import Rig
@@ -193,7 +194,8 @@ class Scene:
             raise SceneError(f"{self.name}: nothing in it is animated")
         if not np.isfinite(time):
             raise SceneError(f"a time must be a finite number of seconds, not {time!r}")
-        return self.posed(player.pose(find_clip(self.rig.clips, clip), time))
+        there = self.posed(player.pose(find_clip(self.rig.clips, clip), time))
+        return replace(there, notes=tuple(note for note in there.notes if AT_REST not in note))
 
     def moved(self, name: str, matrix: np.ndarray) -> Scene:
         """The same scene with one thing elsewhere; nothing is recorded anew for it.

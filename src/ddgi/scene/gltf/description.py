@@ -24,7 +24,7 @@ from ddgi.scene.gltf.schema import Document
 from ddgi.scene.gltf.shapes import ShapeBuilder
 from ddgi.scene.gltf.textures import Textures
 from ddgi.scene.no_surface import no_triangle, none_has_area, only
-from ddgi.scene.notes import Notes
+from ddgi.scene.notes import AT_REST, Notes
 from ddgi.scene.play import moving_nodes
 from ddgi.scene.recentre import origin_for
 from ddgi.scene.rig import Rig, RigNode
@@ -84,9 +84,7 @@ def _described(container: Container, notes: Notes) -> Described:
     _check_surfaces(builder)
     _note_geometry(builder, notes)
     if clips:
-        notes.add(
-            f"{len(clips)} animation(s): shown at rest, unless a moment is asked for (--time; `ddgi render --animation` plays them)"
-        )
+        notes.add(f"{len(clips)} animation(s): {AT_REST}")
     description = {
         "type": "scene", **things.plugins, **made.plugins, **materials.plugins, **builder.shapes,
     }  # fmt: skip
