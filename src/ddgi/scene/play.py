@@ -59,48 +59,44 @@ class Player:
         for number in everything:  # grows meanwhile: parents come before children
             everything.extend(rig.nodes[number].children)
         self._rest = np.tile(np.eye(4), (len(rig.nodes), 1, 1))
-        self._place(
-            everything, np.stack([n.local for n in rig.nodes]) if rig.nodes else self._rest, self._rest
-        )
+        self._local = np.stack([n.local for n in rig.nodes]) if rig.nodes else self._rest
+        self._place(everything, self._local, self._rest)
         moving = moving_nodes([node.children for node in rig.nodes], rig.clips)
         self._moving = [number for number in everything if number in moving]
-        self._shapes = moving_shapes(rig)
+        self._undone = np.linalg.pinv(self._rest[self._moving]) if self._moving else np.zeros((0, 4, 4))
+        shapes = moving_shapes(rig)
+        self._bending = [
+            (number, node)
+            for number, node in enumerate(rig.nodes)
+            if any(shape in shapes and shape in rig.bendable for shape in node.shapes)
+        ]
 
     def pose(self, clip: Clip, time: float) -> Pose:
         """How everything stands at a time [s] of an animation; before its first and after its last key it rests there."""
         nodes, parts = self._rig.nodes, _parts(clip, time)
-        local = np.stack([node.local for node in nodes])
+        local = self._local.copy()
         for number, changed in parts.items():
             if changed.keys() - {"weights"} and nodes[number].translation is not None:
                 local[number] = _local(nodes[number], changed)
         world = self._rest.copy()
         self._place(self._moving, local, world)
         matrices: dict[str, np.ndarray] = {}
+        for number, since in zip(self._moving, world[self._moving] @ self._undone, strict=True):
+            node = nodes[number]
+            carried = (*(shape for shape in node.shapes if node.skin is None), node.light, node.camera)
+            matrices |= {name: since for name in carried if name is not None}
         bent: dict[str, Bent] = {}
-        for number, node in enumerate(nodes):
+        for number, node in self._bending:
             weights = parts.get(number, {}).get("weights", node.weights)
-            for shape in node.shapes:
-                if shape not in self._shapes:
-                    continue
-                if shape in self._rig.bendable:
-                    bent[shape] = self._bent(self._rig.bendable[shape], node, world, number, weights)
-                else:
-                    matrices[shape] = self._since_rest(world, number)
-        for number in self._moving:
-            for name in (nodes[number].light, nodes[number].camera):
-                if name is not None:
-                    matrices[name] = self._since_rest(world, number)
-        return Pose(matrices, bent)
+            for shape in (shape for shape in node.shapes if shape in self._rig.bendable):
+                bent[shape] = self._bent(self._rig.bendable[shape], node, world, number, weights)
+        return Pose({name: matrix for name, matrix in matrices.items() if name not in bent}, bent)
 
     def _place(self, order: Iterable[int], local: np.ndarray, world: np.ndarray) -> None:
         """Fill in the places of nodes, parents first."""
         for number in order:
             parent = self._rig.nodes[number].parent
             world[number] = (self._outside if parent is None else world[parent]) @ local[number]
-
-    def _since_rest(self, world: np.ndarray, number: int) -> np.ndarray:
-        """(4, 4) what moves a node from its place at rest to its place now."""
-        return world[number] @ np.linalg.pinv(self._rest[number])
 
     def _bent(
         self, shape: Bendable, node: RigNode, world: np.ndarray, number: int, weights: Iterable[float]
