@@ -29,6 +29,12 @@ def watched(new, deviations=4.0):
     return noticed
 
 
+def lit_room():
+    """A closed room with a bulb in it."""
+    bulb = {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)}
+    return replace(load(room(diffuse(0.5)) | {"bulb": bulb}), cameras=(camera_in(),))
+
+
 def noisy(level, updates, share=0.03, seed=0):
     return np.asarray(level) * np.random.default_rng(seed).normal(1, share, (updates, 6))
 
@@ -74,8 +80,7 @@ def test_small_changes_are_left_to_the_hysteresis():
 @pytest.mark.slow
 def test_a_field_follows_a_switch_about_as_fast_as_one_that_keeps_nothing():
     """Frames until the mean of a closed room's maps has covered 90 % of the way, both ways."""
-    lit = room(diffuse(0.5)) | {"bulb": {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)}}
-    scene = replace(load(lit), cameras=(camera_in(),))
+    scene = lit_room()
     dark = scene.dimmed("bulb", 0.1)
 
     def level(field, s):
@@ -107,8 +112,7 @@ def test_a_field_follows_a_switch_about_as_fast_as_one_that_keeps_nothing():
 
 
 def test_watching_changes_nothing_while_nothing_changes():
-    lit = room(diffuse(0.5)) | {"bulb": {"type": "point", "position": [0.0, 0.5, 0.6], "intensity": rgb(1.0)}}
-    scene = replace(load(lit), cameras=(camera_in(),))
+    scene = lit_room()
     maps = []
     for watch in (False, True):
         s = small(blend_watch=watch)

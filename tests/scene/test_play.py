@@ -11,7 +11,7 @@ from ddgi.errors import SceneError
 from ddgi.scene.load import load_scene
 from ddgi.scene.play import find_clip, value_at
 from ddgi.scene.rig import Channel, Clip
-from gltf_writing import SQUARE, Writer
+from gltf_writing import Writer
 
 FILES = Path(__file__).parents[3] / "shared" / "scenes" / "gltf-features"
 HALF = np.sqrt(0.5)
@@ -203,7 +203,3 @@ def test_a_moment_is_the_file_that_rests_so(tmp_path, name, clip):
         np.abs(np.array(ours[s]) - box).max() for s, box in scene.motion.stage.boxes(scene.pose).items()
     )
     assert moved > 0.01 * size, "it moves at all"
-
-
-def test_the_square_is_what_it_is():
-    assert np.ptp(SQUARE, axis=0).tolist() == [1, 1, 0]
